@@ -381,9 +381,9 @@ try {
   await keep(page, "start");
   await browser.call("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: downloads, browserContextId: page.context });
   const all = { ...tests, ...views({ packed, keep, axe: readFileSync(axe, "utf8") }), ...values({ packed, keep }) };
-  // SHIBO_ONLY has a part of the names of the tests to run.
-  const only = process.env.SHIBO_ONLY ?? "";
-  for (const [name, test] of Object.entries(all).filter(([name]) => name.includes(only))) {
+  // SHIBO_ONLY is a regular expression for the names of the tests to run.
+  const only = new RegExp(process.env.SHIBO_ONLY ?? "");
+  for (const [name, test] of Object.entries(all).filter(([name]) => only.test(name))) {
     const before = Date.now();
     try {
       await test(page);

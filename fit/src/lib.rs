@@ -1,6 +1,6 @@
 //! Finds the values of parameters with which a graph looks like a photograph.
 //!
-//! The method knows neither graphs nor files; [`graph`] applies it to them. It gets unknowns, the numbers of a photograph ([`shibo_bridge::compare::Gauge`]) and
+//! The method knows neither graphs nor files; [`graph`] applies it to them, and [`page`] does so for pages. It gets unknowns, the numbers of a photograph ([`shibo_bridge::compare::Gauge`]) and
 //! something that renders values at a seed and measures the result. It models each number as a function of the unknowns and searches
 //! on that model, because a render gives hundreds of numbers and each alone is nearly linear.
 //!
@@ -16,6 +16,7 @@ mod answer;
 mod cma;
 pub mod graph;
 mod linear;
+pub mod page;
 mod random;
 mod ridge;
 mod samples;
@@ -23,10 +24,11 @@ mod search;
 mod sobol;
 #[cfg(test)]
 mod tests;
+mod turns;
 mod unknowns;
 
 pub use answer::{End, Found, Level};
-pub use search::{Fit, fit};
+pub use search::{Fit, fit, fit_in_turns};
 pub use unknowns::{Amount, Kind, Unknown, Unknowns};
 
 use shibo_bridge::compare::Scale;
@@ -107,6 +109,11 @@ pub struct Status {
 pub trait Renders {
     /// The outcomes of some pictures, in their order.
     fn render(&self, asks: &[Ask], status: &Status) -> Vec<Outcome>;
+
+    /// The most pictures that one call of [`render`](Self::render) gets.
+    fn at_once(&self) -> usize {
+        usize::MAX
+    }
 
     /// True if the fit should finish now.
     fn is_late(&self) -> bool {

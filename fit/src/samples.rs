@@ -1,6 +1,7 @@
 //! Rendered points, and how far the numbers of seeds differ.
 use crate::random::hash;
 use crate::ridge::{Model, Sample};
+use crate::turns::pause;
 use crate::{Ask, Best, Outcome, Problem, Renders, Status, Unknowns};
 use shibo_bridge::compare::Scale;
 
@@ -20,7 +21,7 @@ pub(crate) struct Rendered {
 /// All renders so far.
 pub(crate) struct Samples<'p> {
     pub(crate) problem: &'p Problem,
-    renders: &'p dyn Renders,
+    renders: &'p (dyn Renders + Sync),
     pub(crate) made: Vec<Rendered>,
     /// Features of points that the graph refused.
     pub(crate) refused: Vec<Vec<f64>>,
@@ -32,7 +33,7 @@ pub(crate) struct Samples<'p> {
 }
 
 impl<'p> Samples<'p> {
-    pub(crate) fn new(problem: &'p Problem, renders: &'p dyn Renders, planned: usize) -> Self {
+    pub(crate) fn new(problem: &'p Problem, renders: &'p (dyn Renders + Sync), planned: usize) -> Self {
         Self {
             problem,
             renders,
@@ -49,8 +50,9 @@ impl<'p> Samples<'p> {
         &self.problem.unknowns
     }
 
-    /// Renders points, each at a seed of its own; the indices of those that were made, `None` for others.
-    pub(crate) fn render(&mut self, points: &[(Vec<f64>, usize)]) -> Vec<Option<usize>> {
+    /// Renders points, each at a seed of its own; the indices of those that were made, `None` for others. The caller of the search gets a
+    /// turn after each portion.
+    pub(crate) async fn render(&mut self, points: &[(Vec<f64>, usize)]) -> Vec<Option<usize>> {
         if self.cancelled {
             return vec![None; points.len()];
         }
@@ -63,8 +65,15 @@ impl<'p> Samples<'p> {
                 seed: (hash(self.problem.seed, (self.status.done + k) as u64) >> 33) as u32,
             })
             .collect();
-        let outcomes = self.renders.render(&asks, &self.status);
-        self.status.done += points.len();
+        let mut outcomes = Vec::with_capacity(asks.len());
+        for portion in asks.chunks(self.renders.at_once().max(1)) {
+            outcomes.extend(self.renders.render(portion, &self.status));
+            self.status.done += portion.len();
+            if outcomes.contains(&Outcome::Cancelled) {
+                break;
+            }
+            pause().await;
+        }
         let mut found = Vec::with_capacity(points.len());
         for ((point, combination), outcome) in points.iter().zip(outcomes) {
             let features = self.unknowns().features(point);

@@ -4,6 +4,7 @@ use crate::cma::{Effort, minimise};
 use crate::random::Random;
 use crate::ridge::Model;
 use crate::samples::{Samples, squared};
+use crate::turns::finish;
 use crate::{Failure, Kind, Problem, Renders, sobol};
 
 /// Most presets that are rendered as starts.
@@ -79,17 +80,26 @@ impl Budget {
 ///
 /// # Errors
 /// Nothing could be rendered.
-pub fn fit(problem: &Problem, renders: &dyn Renders) -> Result<Fit, Failure> {
+pub fn fit(problem: &Problem, renders: &(dyn Renders + Sync)) -> Result<Fit, Failure> {
+    finish(fit_in_turns(problem, renders))
+}
+
+/// Like [`fit`]. The future gives its caller a turn after each call of [`Renders::render`]: it is pending until it is polled again, and uses no
+/// waker.
+///
+/// # Errors
+/// Nothing could be rendered.
+pub async fn fit_in_turns(problem: &Problem, renders: &(dyn Renders + Sync)) -> Result<Fit, Failure> {
     let budget = Budget::of(problem);
     let mut samples = Samples::new(problem, renders, budget.all());
-    let begun = design(&mut samples, &budget);
+    let begun = design(&mut samples, &budget).await;
     let Some(combination) = begun.combination else {
         return Err(if samples.cancelled { Failure::Cancelled } else { Failure::AllRefused });
     };
     let origin = begun.nearest(&samples, combination);
     let mut search = Search { random: Random::new(problem.seed, 99), samples, combination, origin };
-    let (best, model) = search.rounds(&budget);
-    Ok(search.answer(best, model, &begun.starts))
+    let (best, model) = search.rounds(&budget).await;
+    Ok(search.answer(best, model, &begun.starts).await)
 }
 
 /// The renders of the starts, and the combination that is nearest.
@@ -109,12 +119,12 @@ impl Begun {
 }
 
 /// Renders the starts, then points that fill the cube with the combination of the best start.
-fn design(samples: &mut Samples<'_>, budget: &Budget) -> Begun {
+async fn design(samples: &mut Samples<'_>, budget: &Budget) -> Begun {
     let problem = samples.problem;
     let unknowns = &problem.unknowns;
     let known: Vec<(Vec<f64>, usize)> =
         problem.starts.iter().take(STARTS).map(|start| (unknowns.point(&start.amounts), start.combination)).collect();
-    let starts = samples.render(&known);
+    let starts = samples.render(&known).await;
     let combination = samples.ranked(None).first().map(|best| samples.made[*best].combination);
     let first = combination.or_else(|| problem.starts.first().map(|start| start.combination));
     let Some(first) = first.filter(|_| !samples.cancelled) else { return Begun { starts, combination } };
@@ -129,12 +139,12 @@ fn design(samples: &mut Samples<'_>, budget: &Budget) -> Begun {
         }
     }
     let points: Vec<(Vec<f64>, usize)> = points.into_iter().map(|point| (point, first)).collect();
-    samples.render(&points);
+    samples.render(&points).await;
     let best: Vec<usize> = samples.ranked(Some(first)).into_iter().take(SEEDED.0).collect();
     for index in &best {
         let again = vec![(samples.made[*index].point.clone(), first); SEEDED.1];
         let mut group = vec![*index];
-        group.extend(samples.render(&again).into_iter().flatten());
+        group.extend(samples.render(&again).await.into_iter().flatten());
         samples.group(group);
     }
     Begun { starts, combination: samples.ranked(Some(first)).first().map(|_| first) }
@@ -150,7 +160,7 @@ struct Search<'p> {
 
 impl Search<'_> {
     /// The rounds; returns the best point, with the last model.
-    fn rounds(&mut self, budget: &Budget) -> (Vec<f64>, Option<Model>) {
+    async fn rounds(&mut self, budget: &Budget) -> (Vec<f64>, Option<Model>) {
         let first =
             self.samples.ranked(Some(self.combination)).first().map(|index| self.samples.made[*index].point.clone());
         let mut best = first.unwrap_or_default();
@@ -171,7 +181,7 @@ impl Search<'_> {
                 points.push(self.samples.unknowns().inside(&near));
             }
             let asked: Vec<(Vec<f64>, usize)> = points.into_iter().map(|point| (point, self.combination)).collect();
-            let made = self.samples.render(&asked);
+            let made = self.samples.render(&asked).await;
             let Some(&at) = made.first() else { break };
             if self.samples.cancelled {
                 // The minimum of this round counts only if it was rendered.
@@ -186,7 +196,7 @@ impl Search<'_> {
                 if SEED_ROUNDS.contains(&round) {
                     let again = vec![(best.clone(), self.combination); LAST - 1];
                     let mut group = vec![at];
-                    group.extend(self.samples.render(&again).into_iter().flatten());
+                    group.extend(self.samples.render(&again).await.into_iter().flatten());
                     self.samples.group(group);
                 }
                 let near = self.samples.status.floor.is_some_and(|floor| self.samples.distance(at) <= 1.05 * floor);
@@ -264,11 +274,11 @@ impl Search<'_> {
     }
 
     /// Renders the best point at several seeds. If another rendered point is clearly nearer, that is the answer.
-    fn answer(mut self, best: Vec<f64>, model: Option<Model>, starts: &[Option<usize>]) -> Fit {
+    async fn answer(mut self, best: Vec<f64>, model: Option<Model>, starts: &[Option<usize>]) -> Fit {
         let (mut values, mut pairs) = found(&self.samples, model.as_ref(), &best);
         let mut level = None;
         if !self.samples.cancelled {
-            level = self.seeded(&self.rounded(&values));
+            level = self.seeded(&self.rounded(&values)).await;
             let lowest = self.samples.ranked(Some(self.combination)).first().copied();
             let floor = self.samples.status.floor.unwrap_or(0.0);
             let worse = |index: usize| {
@@ -280,7 +290,7 @@ impl Search<'_> {
             };
             if let Some(point) = lowest.and_then(worse) {
                 let other = found(&self.samples, model.as_ref(), &point);
-                let again = self.seeded(&self.rounded(&other.0));
+                let again = self.seeded(&self.rounded(&other.0)).await;
                 let nearer = |a: Level, b: Option<(Level, Level)>| b.is_none_or(|(b, _)| a.distance < b.distance);
                 if again.is_some_and(|(again, _)| nearer(again, level)) {
                     ((values, pairs), level) = (other, again);
@@ -317,9 +327,9 @@ impl Search<'_> {
     }
 
     /// The distance of a point from the photograph and between its seeds; `None` if it is refused at one of them.
-    fn seeded(&mut self, point: &[f64]) -> Option<(Level, Level)> {
+    async fn seeded(&mut self, point: &[f64]) -> Option<(Level, Level)> {
         let asked = vec![(point.to_vec(), self.combination); LAST];
-        let made: Option<Vec<usize>> = self.samples.render(&asked).into_iter().collect();
+        let made: Option<Vec<usize>> = self.samples.render(&asked).await.into_iter().collect();
         let made = made?;
         self.samples.group(made.clone());
         let ((distance, blocks), (floor, of_floor)) = (self.samples.apart(&made), self.samples.floor(&made));

@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::random::Random;
 use crate::*;
-use std::cell::Cell;
+use std::future::Future;
+use std::pin::pin;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::task::{Context, Poll, Waker};
 
 /// Numbers that depend smoothly on three unknowns and a colour, with noise from the seed.
 fn numbers(amounts: &[Amount], seed: u32) -> Vec<f64> {
@@ -69,25 +72,34 @@ fn problem() -> Problem {
 /// Renders by the closure; refuses where `refuses`, and cancels after some renders.
 struct Closure {
     refuses: fn(&Ask) -> bool,
-    left: Cell<usize>,
+    left: AtomicUsize,
+    at_once: usize,
 }
 
 impl Renders for Closure {
     fn render(&self, asks: &[Ask], _: &Status) -> Vec<Outcome> {
         asks.iter()
             .map(|ask| {
-                if self.left.get() == 0 {
+                if self.left.load(Ordering::Relaxed) == 0 {
                     return Outcome::Cancelled;
                 }
-                self.left.set(self.left.get() - 1);
+                self.left.fetch_sub(1, Ordering::Relaxed);
                 if (self.refuses)(ask) { Outcome::Refused } else { Outcome::Made(numbers(&ask.amounts, ask.seed)) }
             })
             .collect()
     }
+
+    fn at_once(&self) -> usize {
+        self.at_once
+    }
+}
+
+fn closure(refuses: fn(&Ask) -> bool, left: usize) -> Closure {
+    Closure { refuses, left: AtomicUsize::new(left), at_once: usize::MAX }
 }
 
 fn fitted(refuses: fn(&Ask) -> bool, left: usize) -> Result<Fit, Failure> {
-    fit(&problem(), &Closure { refuses, left: Cell::new(left) })
+    fit(&problem(), &closure(refuses, left))
 }
 
 /// The error of each found value as a share of its range.
@@ -146,6 +158,31 @@ fn takes_the_combination_of_the_best_start() {
     let mut problem = problem();
     problem.starts.push(Start { amounts: hidden(), combination: 1 });
     let refuses = |ask: &Ask| ask.combination == 0 && ask.seed.is_multiple_of(2);
-    let fit = fit(&problem, &Closure { refuses, left: Cell::new(usize::MAX) }).unwrap();
+    let fit = fit(&problem, &closure(refuses, usize::MAX)).unwrap();
     assert_eq!((fit.combination, fit.starts.len()), (1, 3));
+}
+
+/// A fit that renders one picture at a time, and its turns.
+fn in_turns(left: usize) -> (Result<Fit, Failure>, usize) {
+    let (problem, renders) = (problem(), Closure { at_once: 1, ..closure(|_| false, left) });
+    let (mut work, mut turns) = (pin!(fit_in_turns(&problem, &renders)), 0);
+    loop {
+        match work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(done) => return (done, turns),
+            Poll::Pending => turns += 1,
+        }
+    }
+}
+
+#[test]
+fn turns_change_no_bit() {
+    let (fit, turns) = in_turns(usize::MAX);
+    let fit = fit.unwrap();
+    assert_eq!(turns, fit.renders, "a turn after each picture");
+    assert_eq!(fit, fitted(|_| false, usize::MAX).unwrap());
+    // A cancelled fit ends without rendering the rest.
+    let (early, turns) = in_turns(65);
+    let early = early.unwrap();
+    assert_eq!((early.cancelled, turns, early.renders), (true, 65, 66));
+    assert_eq!(in_turns(0), (Err(Failure::Cancelled), 0));
 }

@@ -75,19 +75,26 @@ export class Engine {
   }
 
   /**
-   * All messages of a request. Gives other tasks a turn after each of them.
-   * @param {Record<string, unknown>} request @param {AbortSignal} [signal] @returns {AsyncGenerator<Message>}
+   * All messages of a request. Gives other tasks a turn after each of them. With `signal` aborted, the request is dropped; with `finish`
+   * aborted, it is asked for its result so far.
+   * @param {Record<string, unknown>} request @param {AbortSignal} [signal] @param {AbortSignal} [finish] @returns {AsyncGenerator<Message>}
    */
-  async *messages(request, signal) {
+  async *messages(request, signal, finish) {
     await this.ready;
     const { exports } = this;
     this.contained(() => this.send({ ...request, id: ++this.count }));
     const id = this.count;
-    let ended = false;
+    let [ended, isAsked] = [false, false];
     try {
       for (;;) {
         signal?.throwIfAborted();
+        if (finish?.aborted && !isAsked) {
+          isAsked = true;
+          this.contained(() => this.send({ op: "cancel", of: id, id: ++this.count }));
+        }
         const message = this.contained(() => this.message(this.exports.step()));
+        // The answer to the line above.
+        if (isAsked && message?.json.ok && message.json.id !== id) continue;
         ended = !message || Boolean(message.json.ok || message.json.error);
         if (!message) return;
         yield message;

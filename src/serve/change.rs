@@ -2,21 +2,19 @@
 //! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
 //! it is; a file in the usual layout keeps that layout. While an editor follows the graph, it makes the change in its text.
 use super::app::{self, ApiError, App, aside};
-use super::edits::sorted;
 use super::stage::Stage;
 use super::texts::sha256;
-use super::values::{FieldEdit, Values};
+use super::values::Values;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::response::Json;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
+use shibo_bridge::page::edits::{self, FieldEdit};
 use shibo_bridge::scene::lock;
 use shibo_bridge::write::{self, Refused};
 use shibo_graph::{self as graph, Graph, LoadOptions};
-use shibo_ide::actions::{add_preset, alike, apply, assign, promote, put_preset};
-use shibo_ide::format::keep_layout;
-use shibo_ide::rename::Edit;
+use shibo_ide::actions::{add_preset, assign, put_preset};
 use shibo_ide::{Cx, Workspace, identity};
 use std::fs;
 use std::sync::Arc;
@@ -133,7 +131,11 @@ fn edited(stage: &Stage, before: &str, change: &Change) -> Result<String, ApiErr
     let edits = match change {
         Change::Values { set, preset, edits } => {
             let set = if set.is_empty() { Ok(Vec::new()) } else { assign(cx, preset.as_deref(), set) };
-            set.and_then(|set| Ok([set, fields(cx, stage, before, edits)?].concat()))
+            let fields = || match edits.is_empty() {
+                true => Ok(Vec::new()),
+                false => edits::written(cx, &based(stage, before)?, edits),
+            };
+            set.and_then(|set| Ok([set, fields()?].concat()))
         }
         Change::Preset { name, set } => add_preset(cx, name, set),
         Change::Fitted { name } => {
@@ -141,22 +143,15 @@ fn edited(stage: &Stage, before: &str, change: &Change) -> Result<String, ApiErr
             put_preset(cx, name, &found.comment, &found.values)
         }
         Change::Promote { node, field } => {
-            let edit = FieldEdit { node: node.clone(), field: field.clone(), index: None, value: "0".to_owned() };
             let graph = based(stage, before).map_err(ApiError::Failed)?;
             if !graph.nodes.node_weights().any(|found| found.name == *node) {
                 return Err(ApiError::Unknown);
             }
-            let place = edit.place(&graph).map_err(ApiError::Failed)?;
-            promote(cx, place.start)
-                .ok_or_else(|| format!("`{field}` of `{node}` is no plain number, switch or colour in the file"))
+            edits::promoted(cx, &graph, node, field)
         }
         Change::Restore { .. } => Ok(Vec::new()),
     };
-    let edits = edits.map_err(ApiError::Failed)?;
-    // Inserted lines use the line ending of the file.
-    let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
-    let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
-    Ok(keep_layout(before, apply(before, &edits)))
+    Ok(edits::changed(before, edits.map_err(ApiError::Failed)?))
 }
 
 /// Options for loading the graph beside the unsaved texts of an editor.
@@ -168,20 +163,6 @@ fn options(stage: &Stage) -> LoadOptions {
 fn based(stage: &Stage, before: &str) -> Result<Graph, String> {
     let loaded = graph::load_text(&stage.path(), before, stage.session.registry(), &options(stage));
     loaded.graph.ok_or_else(|| "nothing was written: the file has errors".to_owned())
-}
-
-/// Edits that write values in the texts of nodes, in the notation of the old values.
-fn fields(cx: Cx<'_>, stage: &Stage, before: &str, edits: &[FieldEdit]) -> Result<Vec<Edit>, String> {
-    if edits.is_empty() {
-        return Ok(Vec::new());
-    }
-    let graph = based(stage, before)?;
-    let edit = |edit: &FieldEdit| {
-        let range = edit.place(&graph)?;
-        let text = alike(cx, &range, &edit.value);
-        Ok(Edit { range, text })
-    };
-    Ok(sorted(edits.iter().map(edit).collect::<Result<_, String>>()?))
 }
 
 /// Rejects a text that does not load.

@@ -1,52 +1,11 @@
-//! Values in the texts of nodes that a page has set: they are tried without a change of the file, and written later.
+//! Values in the texts of nodes that a page has set, tried beside the unsaved texts of an editor.
 use super::buffers::TextsByPath;
-use super::values::{FieldEdit, Values};
-use shibo_bridge::page::{numbers, wiring};
-use shibo_graph::{self as graph, Graph, LoadOptions};
-use shibo_ide::actions::apply;
-use shibo_ide::rename::Edit;
+use super::values::Values;
+use shibo_bridge::page::edits::{self, FieldEdit};
+use shibo_graph::{LoadOptions, load_text};
 use shibo_node::registry::Registry;
 use std::borrow::Cow;
-use std::ops::Range;
 use std::path::Path;
-
-/// The most edits that a page can hold.
-const MOST: usize = 1000;
-
-impl FieldEdit {
-    /// The bytes of the old value in the text from which `graph` was loaded.
-    ///
-    /// # Errors
-    /// The reason why the value cannot be set there.
-    pub(super) fn place(&self, graph: &Graph) -> Result<Range<usize>, String> {
-        let Self { node, field, index, value } = self;
-        let found = graph.nodes.node_weights().find(|found| found.name == *node);
-        let found = found.ok_or_else(|| format!("there is no node `{node}`"))?;
-        let span = wiring::place(found, &graph.sources, field).ok_or_else(|| format!("`{node}` has no `{field}`"))?;
-        if graph.sources.path(span.file) != graph.path {
-            return Err(format!("`{node}` belongs to another file"));
-        }
-        let Some(index) = *index else {
-            return if is_literal(value) {
-                Ok(span.start..span.end)
-            } else {
-                Err(format!("`{value}` is no number, switch, word or colour"))
-            };
-        };
-        let text = graph.sources.text(span.file);
-        let literal = text.get(span.start..span.end).unwrap_or_default();
-        let number = numbers::places(literal).into_iter().nth(index).filter(|_| numbers::is_plain(value));
-        let number =
-            number.ok_or_else(|| format!("`{value}` cannot replace number {index} of the formula of `{node}`"))?;
-        Ok(span.start + number.start..span.start + number.end)
-    }
-}
-
-/// Returns true for the text of one number, switch, word or colour.
-fn is_literal(value: &str) -> bool {
-    let inside = value.strip_prefix("\"#").and_then(|rest| rest.strip_suffix('"')).unwrap_or(value);
-    !inside.is_empty() && inside.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_.+-".contains(&byte))
-}
 
 /// Puts the edits of a page into the text of a graph file; also returns the edits that do not fit it, with reasons. If
 /// the text itself has mistakes, it stays as it is. The texts of `overlay` replace files.
@@ -62,123 +21,35 @@ pub(crate) fn tried<'t>(
     }
     // The values of parameters are tried by themselves.
     let options = LoadOptions { overlay: overlay.clone(), ..Values::default().options() };
-    let load = |text: &str| graph::load_text(path, text, registry, &options);
-    let Some(base) = load(text).graph else { return (text.into(), Vec::new()) };
-    let (mut places, mut refused) = (Vec::new(), Vec::new());
-    for edit in values.edits.iter().take(MOST) {
-        match edit.place(&base) {
-            Ok(range) => places.push((edit, Edit { range, text: edit.value.clone() })),
-            Err(why) => refused.push((edit.clone(), why)),
-        }
+    let load = |text: &str| load_text(path, text, registry, &options);
+    match load(text).graph {
+        Some(base) => edits::tried(text, &base, &values.edits, &load),
+        None => (text.into(), Vec::new()),
     }
-    // If the graph does not accept the edits, the one at the place of the error gives way, or else the newest one.
-    loop {
-        let edits = sorted(places.iter().map(|(_, edit)| edit.clone()).collect());
-        let text = apply(text, &edits);
-        let loaded = load(&text);
-        let Some(error) = loaded.diagnostics.iter().find(|found| !found.warning) else { return (text.into(), refused) };
-        let own = loaded.sources.path(error.span.file) == path;
-        let range = if own { at_fault(&edits, error.span.start..error.span.end) } else { None };
-        let index = places.iter().rposition(|(_, edit)| range.as_ref().is_none_or(|range| edit.range == *range));
-        let Some(index) = index else { return (text.into(), refused) };
-        let (edit, _) = places.remove(index);
-        refused.push((edit.clone(), error.message.clone()));
-    }
-}
-
-/// The place in the old text of the edit that an error in the new text lies in. The edits are in the order of the text.
-fn at_fault(edits: &[Edit], error: Range<usize>) -> Option<Range<usize>> {
-    let (mut longer, mut shorter) = (0, 0);
-    for edit in edits {
-        let start = edit.range.start + longer - shorter;
-        if error.start <= start + edit.text.len() && start <= error.end {
-            return Some(edit.range.clone());
-        }
-        longer += edit.text.len();
-        shorter += edit.range.len();
-    }
-    None
-}
-
-/// Edits in the order of the text; of several edits of one place the last one counts.
-pub(super) fn sorted(edits: Vec<Edit>) -> Vec<Edit> {
-    let mut kept: Vec<Edit> = Vec::with_capacity(edits.len());
-    for edit in edits {
-        kept.retain(|other| other.range.end <= edit.range.start || edit.range.end <= other.range.start);
-        kept.push(edit);
-    }
-    kept.sort_by_key(|edit| edit.range.start);
-    kept
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TEXT: &str = r##"(
+    const TEXT: &str = r#"(
   canvas: (size_mm: 8, resolution: 64),
-  nodes: {
-    "noise": Perlin(size: 2, seed: 1),
-    "out": Remap(input: "= noise * 2 + 1", from: (0, 1), to: (0, 1), clamp: true),
-    "sum": "= noise + 0.5",
-  },
-  outputs: { "out": "out" },
-)"##;
-
-    fn edit(node: &str, field: &str, index: Option<usize>, value: &str) -> FieldEdit {
-        FieldEdit { node: node.into(), field: field.into(), index, value: value.into() }
-    }
-
-    fn tried_with(edits: Vec<FieldEdit>) -> (String, Vec<String>) {
-        let values = Values { edits, ..Values::default() };
-        let (text, refused) =
-            tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values, &TextsByPath::new());
-        (text.into_owned(), refused.into_iter().map(|(edit, _)| edit.node).collect())
-    }
-
-    #[test]
-    fn puts_values_into_the_text() {
-        let edits = vec![
-            edit("out", "clamp", None, "false"),
-            edit("noise", "size", None, "3.5"),
-            edit("out", "input", Some(1), "4"),
-            edit("sum", "", Some(0), "0.7"),
-            edit("noise", "size", None, "2.5"),
-        ];
-        let wanted = TEXT.replace("size: 2,", "size: 2.5,").replace("* 2 + 1", "* 2 + 4").replace("+ 0.5", "+ 0.7");
-        assert_eq!(tried_with(edits), (wanted.replace("clamp: true", "clamp: false"), Vec::new()));
-    }
+  nodes: { "noise": Perlin(size: 2, seed: 1) },
+  outputs: { "noise": "noise" },
+)"#;
 
     /// A preset that is gone is no reason to leave the edits out.
     #[test]
     fn tries_values_of_nodes_beside_those_of_parameters_that_are_gone() {
-        let edits = vec![edit("noise", "seed", None, "9")];
-        let values = Values { edits, preset: Some("gone".into()), ..Values::default() };
-        let (text, refused) =
-            tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values, &TextsByPath::new());
-        assert_eq!((text.into_owned(), refused.len()), (TEXT.replace("seed: 1", "seed: 9"), 0));
-    }
-
-    #[test]
-    fn refuses_values_that_do_not_fit() {
-        let wrong = ["1), b: (", "", "\"x\"", "1,2", "\"#80\"4\""];
-        for value in wrong {
-            assert_eq!(
-                tried_with(vec![edit("noise", "size", None, value)]),
-                (TEXT.into(), vec!["noise".into()]),
-                "{value}"
-            );
-        }
-        // The graph refuses the second value; the others stay.
-        let edits = vec![
-            edit("noise", "size", None, "-3"),
-            edit("noise", "seed", None, "9"),
-            edit("gone", "size", None, "1"),
-            edit("sum", "", Some(0), "0.75"),
-        ];
-        let (text, mut refused) = tried_with(edits);
-        refused.sort();
-        let wanted = TEXT.replace("seed: 1", "seed: 9").replace("+ 0.5", "+ 0.75");
-        assert_eq!((text, refused), (wanted, vec!["gone".to_owned(), "noise".to_owned()]));
+        let edit = FieldEdit { node: "noise".into(), field: "seed".into(), index: None, value: "9".into() };
+        let values = Values { edits: vec![edit], preset: Some("gone".into()), ..Values::default() };
+        let with = |text: &str| {
+            let (text, refused) =
+                tried(Path::new("a.ron"), text, &crate::library::registry(), &values, &TextsByPath::new());
+            (text.into_owned(), refused.len())
+        };
+        assert_eq!(with(TEXT), (TEXT.replace("seed: 1", "seed: 9"), 0));
+        let broken = TEXT.replace("Perlin", "Perlim");
+        assert_eq!(with(&broken), (broken.clone(), 0));
     }
 }

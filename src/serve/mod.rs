@@ -44,7 +44,7 @@ pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;
 pub(crate) use stage::Stage;
 pub(crate) use texts::sha256;
-pub(crate) use values::{FieldEdit, Values};
+pub(crate) use values::Values;
 
 use crate::quit::Quit;
 use guard::Guard;

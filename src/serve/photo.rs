@@ -2,7 +2,6 @@
 //! preset that the user keeps is written, by a change of the file.
 use super::app::{ApiError, App, Query2, aside};
 use super::edits::tried;
-use super::photographs::Held;
 use super::stage::Stage;
 use crate::library;
 use axum::body::{Bytes, to_bytes};
@@ -11,25 +10,15 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
-use shibo_bridge::compare::{CompareRequest, compare};
-use shibo_bridge::scene::{Preview, Scene, Target, lock};
+use shibo_bridge::scene::{Scene, lock};
 use shibo_bridge::{GraphText, Tools};
 use shibo_engine::eval::CancelToken;
-use shibo_engine::session::{Failure, Look};
-use shibo_fit::graph::{Bench, Fitting, Photo, Preset, Refused, Request, name_for};
-use shibo_picture::{Picture, ReadLimits, contained, read_bytes};
-use shibo_value::Window;
-use std::path::Path;
+use shibo_fit::graph::{Bench, Fitting, Preset, Refused};
+use shibo_fit::page::{self, Held, MOST_BYTES, picture, progress, too_large, why};
+use shibo_picture::contained;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// The largest file in bytes.
-const MOST: usize = 64 << 20;
-/// Limits for decoding.
-const LIMITS: ReadLimits =
-    ReadLimits { max_file_bytes: MOST as u64, max_pixels: 1 << 26, max_bytes_decoded: 768 << 20 };
-/// Longest side of the picture that is compared, in pixels.
-const SIDE: u32 = 512;
 /// Minimum time between two reports of progress.
 const PROGRESS: Duration = Duration::from_millis(150);
 
@@ -53,38 +42,17 @@ pub(super) async fn take(
     if request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| kind != "application/octet-stream") {
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
-    let large = format!("the file has more than {} MiB; scale it down", MOST >> 20);
-    let large = |_| (StatusCode::PAYLOAD_TOO_LARGE, large).into_response();
-    let bytes = to_bytes(request.into_body(), MOST).await.map_err(large)?;
+    let large = |_| (StatusCode::PAYLOAD_TOO_LARGE, too_large()).into_response();
+    let bytes = to_bytes(request.into_body(), MOST_BYTES).await.map_err(large)?;
     if bytes.is_empty() {
         app.stage.photographs.hold(None);
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let held = aside(move || read(&bytes, &name)).await.map_err(IntoResponse::into_response)?;
+    let held = aside(move || Held::read(&bytes, &name)).await.map_err(IntoResponse::into_response)?;
     let held = held.map_err(|why| ApiError::Failed(why).into_response())?;
-    let answer = json!({ "name": held.name, "size": [held.picture.width, held.picture.height] });
+    let answer = json!({ "name": held.name(), "size": held.size() });
     app.stage.photographs.hold(Some(held));
     Ok(Json(answer).into_response())
-}
-
-/// Reads a photograph and checks that it can be fitted.
-fn read(bytes: &[u8], name: &str) -> Result<Held, String> {
-    let name: String = name.chars().filter(|c| !c.is_control()).take(200).collect();
-    let picture = read_bytes(bytes, &LIMITS).map_err(|error| error.to_string())?;
-    Photo::of(&picture, (&name, &name), None, None).map_err(|refused| why(&refused))?;
-    Ok(Held { name, picture })
-}
-
-/// The message of a fit that cannot be made.
-fn why(refused: &Refused) -> String {
-    match refused {
-        Refused::Usage(message) | Refused::Unfit(message) => message.clone(),
-        Refused::Graph(Failure::Errors(errors), _) => {
-            errors.first().map_or_else(|| "the graph has errors".to_owned(), |error| error.message.clone())
-        }
-        Refused::Graph(failure, _) => failure.to_string(),
-        Refused::Cancelled => "cancelled before the first render".to_owned(),
-    }
 }
 
 /// Query: a target, and the width of the photograph in mm.
@@ -102,17 +70,8 @@ pub(super) async fn beside(State(app): State<App>, query: Query2<Beside>) -> Res
     let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     let picture = app.look(&scene, move |look, _, scene| picture(look, scene, &target)).await?;
     let picture = picture.ok_or(ApiError::Nothing)?;
-    let request = CompareRequest { width_mm_a: mm.map(|_| scene.graph.canvas.size_mm.x), width_mm_b: mm };
-    let found = aside(move || compare(&picture, &held.picture, &request)).await?;
+    let found = aside(move || held.compared(&picture, &scene, mm)).await?;
     Ok(Json(found.map_err(ApiError::Failed)?).into_response())
-}
-
-/// The samples of a target; `None` if they are no grey values or colours.
-fn picture(look: &Look<'_>, scene: &Scene, target: &Target) -> Result<Option<Picture>, Failure> {
-    let Some(Preview::Field(field, _)) = scene.sight(look, target)? else { return Ok(None) };
-    let size = scene.size(SIDE);
-    let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
-    Ok(matches!(tile.channels(), 1 | 3).then(|| shibo_bridge::picture(&tile, tile.channels() == 3)))
 }
 
 /// Request: a fit.
@@ -142,7 +101,10 @@ pub(super) async fn fit(State(app): State<App>, body: Bytes) -> Result<Json<Data
     };
     tokio::task::spawn_blocking(move || {
         let made = contained(|| fitted(&stage, &scene, (&held, &text), &wish, (id, &cancel)));
-        let made = made.unwrap_or_else(|said| Err(format!("there is a defect: {said}")));
+        let made = match made {
+            Ok(made) => made.map_err(|refused| why(&refused)),
+            Err(said) => Err(format!("there is a defect: {said}")),
+        };
         let mut work = lock(&stage.photographs.work);
         let news = match made {
             _ if work.last != id || !is_shown(&stage, &wish) => json!({ "id": id, "state": "cancelled" }),
@@ -183,24 +145,16 @@ fn fitted(
     (held, text): (&Held, &Arc<str>),
     wish: &Wish,
     (id, cancel): (u64, &CancelToken),
-) -> Result<(Preset, Data), String> {
+) -> Result<(Preset, Data), Refused> {
     let values = stage.values();
-    let request = Request {
-        preset: name_for(Path::new(&held.name)),
-        start: values.preset,
-        set: values.set,
-        seed: 1,
-        ..Request::default()
-    };
-    request.check("", wish.mm).map_err(|refused| why(&refused))?;
+    let (request, photo) = held.asked(page::Wish { preset: values.preset, set: values.set, mm: wish.mm })?;
     let tools: Tools = library::tools();
-    let photo = Photo::of(&held.picture, (&held.name, &held.name), wish.mm, None).map_err(|refused| why(&refused))?;
     let bench = Bench { tools: &tools, session: &stage.session, cancel };
     let path = stage.path();
     let (text, _) = tried(&path, text, stage.session.registry(), &stage.values(), &stage.unsaved());
     let text = text.into_owned();
     let file = GraphText { path, text };
-    let fitting = Fitting::of(bench, &file, &scene.graph, &photo, &request).map_err(|refused| why(&refused))?;
+    let fitting = Fitting::of(bench, &file, &scene.graph, &photo, &request)?;
     let last = Mutex::new(Instant::now());
     let fitted = fitting.run(&|done, status| {
         if !is_shown(stage, wish) {
@@ -209,15 +163,10 @@ fn fitted(
         let mut last = lock(&last);
         if last.elapsed() >= PROGRESS {
             *last = Instant::now();
-            let best = status.best.as_ref();
-            let set = best.map(|best| fitting.values(&best.amounts, best.combination)).unwrap_or_default();
-            let news = json!({
-                "id": id, "state": "running", "done": done, "total": status.planned,
-                "best": best.map(|best| best.distance), "floor": status.floor, "set": set,
-            });
-            stage.tell("fit", &news);
+            let mut news = progress(&fitting, done, status);
+            news.extend([("id".to_owned(), json!(id)), ("state".to_owned(), json!("running"))]);
+            stage.tell("fit", &news.into());
         }
-    });
-    let fitted = fitted.map_err(|refused| why(&refused))?;
+    })?;
     Ok((fitted.preset(), fitted.json()))
 }

@@ -2,7 +2,7 @@
 use shibo_bridge::scene::lock;
 use shibo_engine::eval::CancelToken;
 use shibo_fit::graph::Preset;
-use shibo_picture::Picture;
+use shibo_fit::page::Held;
 use std::sync::{Arc, Mutex};
 
 /// The photograph of this run, and the fit that is at work.
@@ -10,12 +10,6 @@ use std::sync::{Arc, Mutex};
 pub(crate) struct Photographs {
     held: Mutex<Option<Arc<Held>>>,
     pub(super) work: Mutex<Work>,
-}
-
-/// A photograph.
-pub(super) struct Held {
-    pub(super) name: String,
-    pub(super) picture: Picture,
 }
 
 /// The fits of this run.

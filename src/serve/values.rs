@@ -1,5 +1,6 @@
 //! Values that a page sets: of parameters, and in the texts of nodes.
 use serde::{Deserialize, Serialize};
+use shibo_bridge::page::edits::FieldEdit;
 use shibo_graph::LoadOptions;
 
 /// Parameter values set by a page.
@@ -28,19 +29,4 @@ impl Values {
             ..LoadOptions::default()
         }
     }
-}
-
-/// A value in the text of a node.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FieldEdit {
-    /// The node.
-    pub(crate) node: String,
-    /// The field; empty for a node that is a formula.
-    pub(crate) field: String,
-    /// The number of a formula, counted from 0; without it, the whole value.
-    #[serde(default)]
-    pub(crate) index: Option<usize>,
-    /// The new value, as RON.
-    pub(crate) value: String,
 }

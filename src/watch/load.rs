@@ -1,6 +1,7 @@
 //! Loads a graph file that may be half written.
 use super::files::{FileState, hex, sha256};
-use crate::serve::{FieldEdit, TextsByPath, Values, tried};
+use crate::serve::{TextsByPath, Values, tried};
+use shibo_bridge::page::edits::FieldEdit;
 use shibo_graph::{self as graph, Limits, LoadOptions, Loaded};
 use shibo_ide::identity;
 use shibo_node::registry::Registry;

@@ -7,6 +7,7 @@ import { join } from "node:path";
 import { deflateRawSync } from "node:zlib";
 import { Browser, serve } from "./browser.mjs";
 import { digest, golden } from "./digest.mjs";
+import { values } from "./values.mjs";
 import { views } from "./views.mjs";
 
 const [folder, axe, ...named] = process.argv.slice(2);
@@ -379,8 +380,10 @@ try {
   await page.eval("shibo.sharp()");
   await keep(page, "start");
   await browser.call("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: downloads, browserContextId: page.context });
-  const all = { ...tests, ...views({ packed, keep, axe: readFileSync(axe, "utf8") }) };
-  for (const [name, test] of Object.entries(all)) {
+  const all = { ...tests, ...views({ packed, keep, axe: readFileSync(axe, "utf8") }), ...values({ packed, keep }) };
+  // SHIBO_ONLY is a regular expression for the names of the tests to run.
+  const only = new RegExp(process.env.SHIBO_ONLY ?? "");
+  for (const [name, test] of Object.entries(all).filter(([name]) => only.test(name))) {
     const before = Date.now();
     try {
       await test(page);

@@ -1,8 +1,8 @@
 // Tests of the playground's page beside the pictures of outputs: nodes, variations, shapes, meshes and bodies. See play.mjs.
 import assert from "node:assert/strict";
 
-const ROOT = "document.documentElement.dataset";
-const EDITOR = "document.getElementById('text').shadowRoot";
+export const ROOT = "document.documentElement.dataset";
+export const EDITOR = "document.getElementById('text').shadowRoot";
 const text = `(version: 1, canvas: (size_mm: (8, 4), resolution: (512, 256), seed: 2),
   params: { "gain": Number(default: 0.5, range: (0, 2), doc: "How much"), "side": Number(default: 1, range: (0.5, 4), doc: "Size") },
   graphs: {
@@ -24,10 +24,10 @@ const text = `(version: 1, canvas: (size_mm: (8, 4), resolution: (512, 256), see
   outputs: { "more": "more", "m": "m" })`;
 
 /** Modules of the page, in an expression. */
-const module = (name) => `(await import(new URL('${name}', location.href)))`;
-const inside = (page, body) => page.eval(`(async () => { ${body} })()`);
+export const module = (name) => `(await import(new URL('${name}', location.href)))`;
+export const inside = (page, body) => page.eval(`(async () => { ${body} })()`);
 
-async function show(page, fragment, title, size = 128) {
+export async function show(page, fragment, title, size = 128) {
   await page.eval(`location.hash = ${JSON.stringify(fragment)}`);
   await page.wait(`document.title.startsWith(${JSON.stringify(title)}) && shibo.text.length > 0`);
   await page.eval(`shibo.setSize(${size}); 0`);

@@ -13,6 +13,7 @@ use shibo_bridge::Tools;
 use shibo_bridge::host::{Host, Serial};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Session, Settings};
+use shibo_fit::page::Photographs;
 use shibo_graph::Gate;
 use shibo_value::clock;
 use shibo_value::files::Memory;
@@ -54,7 +55,7 @@ fn start() -> State {
     let session = Session::new(registry.clone(), &settings).unwrap_or_else(|error| panic!("{error}"));
     let gate = Gate::of(Memory::default());
     let tools = Tools { registry, import_paths: Vec::new(), gate, cancel: CancelToken::default() };
-    State { host: Serial::new(Host::new(session, tools)), answer: Vec::new() }
+    State { host: Serial::new(Host::new(session, tools).with(Arc::new(Photographs::default()))), answer: Vec::new() }
 }
 
 fn with<T>(work: impl FnOnce(&mut State) -> T) -> T {

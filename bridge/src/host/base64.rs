@@ -1,7 +1,7 @@
 //! Base64 (RFC 4648), with and without padding.
 
 /// The bytes of a text; `None` if it is no base64.
-pub(super) fn decode(text: &str) -> Option<Vec<u8>> {
+pub fn decode(text: &str) -> Option<Vec<u8>> {
     let text = text.trim_end_matches('=').as_bytes();
     if text.len() % 4 == 1 {
         return None;

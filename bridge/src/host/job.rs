@@ -1,5 +1,6 @@
 //! Work that takes time: renders and exports.
 use super::look::LookAt;
+use super::others::{Step, Steps};
 use super::render::Render;
 use super::sample::Samples;
 use super::shape::Shaping;
@@ -22,6 +23,7 @@ pub(super) enum Work {
     Sample(Box<Samples>),
     Look(Box<LookAt>),
     Shape(Box<Shaping>),
+    Other(Box<dyn Steps>),
 }
 
 /// A request that is worked on.
@@ -49,7 +51,7 @@ impl Job {
         self.slot.as_deref()
     }
 
-    /// The token that stops the job: its next message is then the error `cancelled`.
+    /// The token that stops the job: its next message is then the error `cancelled`, or the result so far of work that has one.
     pub fn token(&self) -> &CancelToken {
         &self.cancel
     }
@@ -61,6 +63,15 @@ impl Job {
         let around = Around { shared: &self.shared, cancel: &self.cancel, observer: &telling };
         let work = self.work.as_mut()?;
         let made = match work {
+            // Work that is cancelled may have a result.
+            Work::Other(steps) => match steps.step(&self.cancel, &telling) {
+                Ok(Step::Event(event)) => Ok(Some(event)),
+                Ok(Step::Done(answer)) => {
+                    self.work = None;
+                    return Some(last(self.id, Ok(answer)));
+                }
+                Err(refusal) => Err(refusal),
+            },
             _ if self.cancel.is_cancelled() => Err(Refusal::cancelled()),
             Work::Render(render) => render.step(&around),
             Work::Write(write) => write.step(&around),
@@ -78,7 +89,7 @@ impl Job {
                 Work::Write(write) => write.done(),
                 Work::Sample(samples) => samples.done(),
                 Work::Look(look) => look.done(),
-                Work::Shape(_) => json!({}),
+                Work::Shape(_) | Work::Other(_) => json!({}),
             }),
             Err(refusal) => Err(refusal),
         };

@@ -18,7 +18,7 @@ pub(super) struct Request {
     pub(super) graph: String,
     target: String,
     #[serde(flatten)]
-    values: Parameters,
+    pub(super) values: Parameters,
     /// Pixels of the longer side; the size of the canvas by default.
     #[serde(default)]
     size: Option<u32>,
@@ -36,7 +36,7 @@ pub(super) struct AboutRequest {
     pub(super) graph: String,
     target: String,
     #[serde(flatten)]
-    values: Parameters,
+    pub(super) values: Parameters,
 }
 
 /// The fields of `level`.
@@ -47,7 +47,7 @@ pub(super) struct LevelRequest {
     #[serde(default)]
     path: String,
     #[serde(flatten)]
-    values: Parameters,
+    pub(super) values: Parameters,
 }
 
 /// The graph with values, as a scene.

@@ -17,11 +17,13 @@ pub struct Message {
 }
 
 impl Message {
-    pub(super) fn event(name: &str) -> Self {
+    /// An event without further fields.
+    pub fn event(name: &str) -> Self {
         Self { json: Map::from_iter([("event".to_owned(), name.into())]), bytes: None, place: None }
     }
 
-    pub(super) fn put(&mut self, name: &str, value: impl Into<Json>) {
+    /// Sets a field.
+    pub fn put(&mut self, name: &str, value: impl Into<Json>) {
         self.json.insert(name.to_owned(), value.into());
     }
 
@@ -32,14 +34,16 @@ impl Message {
 }
 
 /// Reason why a request fails.
-pub(super) struct Refusal {
+#[derive(Debug)]
+pub struct Refusal {
     code: &'static str,
     message: String,
     pub(super) errors: Vec<Json>,
 }
 
 impl Refusal {
-    pub(super) fn new(code: &'static str, message: impl Into<String>) -> Self {
+    /// A refusal with a code of `docs/protocol.md` and a message for people.
+    pub fn new(code: &'static str, message: impl Into<String>) -> Self {
         Self { code, message: message.into(), errors: Vec::new() }
     }
 
@@ -59,7 +63,8 @@ impl Refusal {
         }
     }
 
-    pub(super) fn cancelled() -> Self {
+    /// The refusal of work that was cancelled.
+    pub fn cancelled() -> Self {
         Self::new("cancelled", "the work was cancelled")
     }
 }

@@ -4,13 +4,14 @@
 //! A request is an object with `id` and `op`. Its last answer has `ok` or `error`; events come before. [`Host::ask`] answers most
 //! requests at once. Renders and exports become a [`Job`], which makes one picture per step, so that a transport can send each answer
 //! at once, run several jobs at the same time, and stop a job between two pictures or within one.
-mod base64;
+pub mod base64;
 mod job;
 mod keep;
 mod look;
 mod mesh;
 mod message;
 mod open;
+mod others;
 #[cfg(test)]
 mod page_tests;
 mod render;
@@ -24,15 +25,17 @@ mod tests;
 mod write;
 
 pub use job::Job;
-pub use message::Message;
+pub use message::{Message, Refusal};
+pub use others::{Begun, Given, OnGraph, Operations, Step, Steps};
 pub use serial::Serial;
 
 use crate::GraphText;
 use crate::Tools;
 use crate::check::{CheckRequest, check};
 use crate::light::{BuiltIn, of_file};
+use crate::page::edits::FieldEdit;
 use job::Work;
-use message::{Refusal, diagnostics, last, leveled};
+use message::{diagnostics, last, leveled};
 use open::{Opened, Source};
 use render::Render;
 use serde::Deserialize;
@@ -116,6 +119,12 @@ struct Close {
 }
 
 #[derive(Deserialize)]
+struct Try {
+    graph: String,
+    edits: Vec<FieldEdit>,
+}
+
+#[derive(Deserialize)]
 struct Cancel {
     of: u64,
 }
@@ -154,6 +163,7 @@ pub struct Host {
     graphs: BTreeMap<String, Opened>,
     meshes: BTreeMap<String, Arc<mesh::Loaded>>,
     slots: BTreeMap<String, Arc<SlotState>>,
+    others: Option<Arc<dyn Operations>>,
     count: u64,
 }
 
@@ -163,7 +173,7 @@ impl Host {
     pub fn new(session: Session, tools: Tools) -> Self {
         let shared = Arc::new(Shared { session, tools });
         let (graphs, meshes, slots) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        Self { shared, graphs, meshes, slots, count: 0 }
+        Self { shared, graphs, meshes, slots, others: None, count: 0 }
     }
 
     pub(super) fn tools(&self) -> &Tools {
@@ -244,6 +254,7 @@ impl Host {
             "open" => self.open(read(request)?).map(answer),
             "check" => self.check(read(request)?).map(answer),
             "keep" => self.keep(&read(request)?).map(answer),
+            "try" => self.try_edits(&read(request)?).map(answer),
             "mesh" => self.mesh(read(request)?).map(answer),
             "close" => {
                 match read::<Close>(request)? {
@@ -258,7 +269,7 @@ impl Host {
             }
             "render" => {
                 let wanted: render::Request = read(request)?;
-                let source = self.source(&wanted.graph)?;
+                let source = self.source(&wanted.graph, &wanted.values.edits)?;
                 let slot = match wanted.slot.clone() {
                     Some(name) => Some((name.clone(), self.slot(name)?)),
                     None => None,
@@ -271,31 +282,31 @@ impl Host {
             }
             "write" => {
                 let wanted: write::Request = read(request)?;
-                let source = self.source(&wanted.graph)?;
+                let source = self.source(&wanted.graph, &wanted.values.edits)?;
                 Ok(self.job(head.id, None, Work::Write(Box::new(Write::new(source, wanted)?))))
             }
             "sample" => {
                 let sample::Request { graph } = read(request)?;
-                let samples = sample::Samples::new(self.source(&graph)?);
+                let samples = sample::Samples::new(self.source(&graph, &[])?);
                 Ok(self.job(head.id, None, Work::Sample(Box::new(samples))))
             }
             "look" => {
                 let wanted: look::Request = read(request)?;
-                let look = look::LookAt::new(self.source(&wanted.graph)?, wanted)?;
+                let look = look::LookAt::new(self.source(&wanted.graph, &wanted.values.edits)?, wanted)?;
                 Ok(self.job(head.id, None, Work::Look(Box::new(look))))
             }
             "shape" => {
                 let wanted: shape::Request = read(request)?;
-                let shape = shape::Shaping::new(self.source(&wanted.graph)?, wanted);
+                let shape = shape::Shaping::new(self.source(&wanted.graph, &wanted.values.edits)?, wanted);
                 Ok(self.job(head.id, None, Work::Shape(Box::new(shape))))
             }
             "about" => {
                 let wanted: look::AboutRequest = read(request)?;
-                look::about(&self.source(&wanted.graph)?, &wanted, &self.shared).map(answer)
+                look::about(&self.source(&wanted.graph, &wanted.values.edits)?, &wanted, &self.shared).map(answer)
             }
             "level" => {
                 let wanted: look::LevelRequest = read(request)?;
-                look::level(&self.source(&wanted.graph)?, &wanted, &self.shared).map(answer)
+                look::level(&self.source(&wanted.graph, &wanted.values.edits)?, &wanted, &self.shared).map(answer)
             }
             "cancel" => {
                 let Cancel { of } = read(request)?;
@@ -316,10 +327,18 @@ impl Host {
                 let Lsp { message, files } = read(request)?;
                 Ok(Asked::Lsp { id: head.id, message, files: files.map(open::memory).transpose()? })
             }
-            other => {
-                let known = "hello, open, check, render, sample, write, mesh, about, level, look, shape, text, light, keep, \
-                             cancel, free, lsp and close";
-                let message = format!("there is no operation `{other}`; there are {known}");
+            op => {
+                let others = self.others.as_ref().map_or(&[][..], |others| others.names());
+                if let Some(operations) = self.others.as_ref().filter(|_| others.contains(&op)) {
+                    return Ok(match operations.begin(op, request, self)? {
+                        Begun::Answer(ok) => answer(ok),
+                        Begun::Work(steps) => self.job(head.id, None, Work::Other(steps)),
+                    });
+                }
+                let own = "hello, open, check, render, sample, write, mesh, about, level, look, shape, text, light, keep, try, \
+                           cancel, free, lsp and close";
+                let known: String = others.iter().map(|name| format!("{name}, ")).collect();
+                let message = format!("there is no operation `{op}`; there are {known}{own}");
                 Err(Refusal::new("unknown-op", message))
             }
         }
@@ -329,8 +348,9 @@ impl Host {
         Asked::Job(Box::new(Job::new(id, slot, work, self.shared.clone())))
     }
 
-    fn source(&self, graph: &str) -> Result<Source, Refusal> {
-        Ok(self.graphs.get(graph).ok_or_else(|| no_graph(graph))?.source.clone())
+    /// An open graph with values in the texts of nodes. Those that do not fit it are left out.
+    fn source(&self, graph: &str, edits: &[FieldEdit]) -> Result<Source, Refusal> {
+        Ok(self.graphs.get(graph).ok_or_else(|| no_graph(graph))?.tried(edits, &self.shared).0)
     }
 
     fn slot(&mut self, name: String) -> Result<Arc<SlotState>, Refusal> {
@@ -395,6 +415,12 @@ impl Host {
         let tools = Tools { gate: source.gate, ..tools.clone() };
         let checked = check(&tools, &CheckRequest { graph: GraphText { path: source.path, text } });
         Ok(json!({ "diagnostics": checked.diagnostics.into_iter().map(leveled).collect::<Vec<_>>() }))
+    }
+
+    fn try_edits(&self, Try { graph, edits }: &Try) -> Result<Json, Refusal> {
+        let (source, refused) = self.graphs.get(graph).ok_or_else(|| no_graph(graph))?.tried(edits, &self.shared);
+        let refused: Vec<Json> = refused.iter().map(|(edit, why)| json!({ "edit": edit, "why": why })).collect();
+        Ok(json!({ "text": source.text, "refused": refused }))
     }
 
     fn keep(&mut self, request: &keep::Request) -> Result<Json, Refusal> {

@@ -3,6 +3,7 @@ use super::shared::Shared;
 use super::{Refusal, base64, diagnostics, named};
 use crate::Tools;
 use crate::page::bodies;
+use crate::page::edits::{FieldEdit, tried};
 use crate::scene::shown_mesh;
 use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
@@ -151,6 +152,16 @@ impl Opened {
         }
         self.graph = graph;
         Ok(())
+    }
+
+    /// The graph with values in the texts of nodes, and the values that do not fit it, with reasons.
+    pub(super) fn tried(&self, edits: &[FieldEdit], shared: &Shared) -> (Source, Vec<(FieldEdit, String)>) {
+        let source = |text: Arc<str>| Source { text: Some(text), ..self.source.clone() };
+        let first = self.graph.sources.sources().first().map(|first| first.text.clone());
+        let Some(text) = first.filter(|_| !edits.is_empty()) else { return (self.source.clone(), Vec::new()) };
+        let load = |text: &str| source(text.into()).load(shared, LoadOptions::default());
+        let (tried, refused) = tried(&text, &self.graph, edits, &load);
+        (source(tried.into()), refused)
     }
 
     /// The answer of `open`, without the name of the graph.

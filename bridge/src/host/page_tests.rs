@@ -170,3 +170,87 @@ fn sends_the_mesh_once() {
     let missing = one(&mut host, &json!({ "id": 2, "op": "shape", "graph": "g2" }));
     assert_eq!(missing["error"]["code"], "no-output");
 }
+
+/// The first sample of the output, with further fields of the request.
+fn sample(host: &mut Host, more: &Json) -> f32 {
+    let mut request = json!({ "id": 2, "op": "look", "graph": "g1", "target": "more", "size": 8 });
+    request.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    let Asked::Job(mut job) = host.ask(request.to_string().as_bytes()) else { panic!("no job") };
+    let bytes = job.step(&|_| {}).unwrap().bytes.unwrap();
+    f32::from_le_bytes(bytes[..4].try_into().unwrap())
+}
+
+fn answered(host: &mut Host, request: &Json) -> Json {
+    let Asked::Answer(answer) = host.ask(request.to_string().as_bytes()) else { panic!("{request} takes time") };
+    answer.json.into()
+}
+
+/// A host with a graph whose output is a constant, and the answer of `open`.
+fn constant() -> (Host, Json) {
+    const TEXT: &str = r#"(version: 1, canvas: (size_mm: 8, resolution: 8),
+  params: { "gain": Number(default: 2, range: (0, 4), doc: "How much") },
+  nodes: {
+    "flat": "= 0.5",
+    "noise": Perlin(size: 2.0),
+    "more": "= flat * $gain + 3 + 0 * noise",
+  },
+  outputs: { "more": "more" })"#;
+    let tools = crate::testing::tools();
+    let settings = shibo_engine::session::Settings { threads: 1, ..Default::default() };
+    let session = Session::new(tools.registry.clone(), &settings).unwrap();
+    let mut host = Host::new(session, tools);
+    let opened = answered(&mut host, &json!({ "id": 1, "op": "open", "graph": "g.ron", "text": TEXT }));
+    assert_eq!(opened["ok"]["graph"], "g1", "{opened}");
+    (host, opened["ok"].clone())
+}
+
+fn edit(node: &str, field: &str, index: Option<usize>, value: &str) -> Json {
+    json!({ "node": node, "field": field, "index": index, "value": value })
+}
+
+#[test]
+fn tries_values_of_nodes_in_every_request() {
+    let (mut host, _) = constant();
+    let edits = [edit("flat", "", Some(0), "0.75"), edit("more", "", Some(0), "1")];
+    assert_eq!(sample(&mut host, &json!({})), 4.0);
+    assert_eq!(sample(&mut host, &json!({ "edits": edits })), 2.5);
+    assert_eq!(sample(&mut host, &json!({ "edits": edits, "set": { "gain": 4 } })), 4.0);
+    let about = json!({ "id": 3, "op": "about", "graph": "g1", "target": "@flat", "edits": edits });
+    assert_eq!(answered(&mut host, &about)["ok"]["fields"][0]["formula"][1], "0.75");
+    // Values that do not fit are left out, and told with the reason.
+    let wrong = [edit("noise", "size", None, "-1"), edit("gone", "size", None, "1"), edits[0].clone()];
+    assert_eq!(sample(&mut host, &json!({ "edits": wrong })), 4.5);
+    let tried = answered(&mut host, &json!({ "id": 4, "op": "try", "graph": "g1", "edits": wrong }));
+    let refused = tried["ok"]["refused"].as_array().unwrap();
+    let mut nodes: Vec<&str> = refused.iter().map(|one| one["edit"]["node"].as_str().unwrap()).collect();
+    nodes.sort_unstable();
+    assert_eq!(nodes, ["gone", "noise"], "{tried}");
+    assert!(refused.iter().all(|one| one["why"].as_str().is_some_and(|why| !why.is_empty())), "{tried}");
+    let text = tried["ok"]["text"].as_str().unwrap();
+    assert!(text.contains("\"= 0.75\"") && text.contains("Perlin(size: 2.0)"), "{text}");
+    // The graph itself stays as it is.
+    assert_eq!(sample(&mut host, &json!({})), 4.0);
+}
+
+#[test]
+fn keeps_values_of_nodes_and_makes_parameters() {
+    let (mut host, opened) = constant();
+    let keep = |host: &mut Host, more: Json| {
+        let mut request = json!({ "id": 5, "op": "keep", "graph": "g1", "sha256": opened["sha256"] });
+        request.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        answered(host, &request)
+    };
+    let edits = [edit("noise", "size", None, "3"), edit("more", "", Some(0), "1")];
+    let kept = keep(&mut host, json!({ "edits": edits, "values": { "gain": 4 } }));
+    let text = kept["ok"]["text"].as_str().unwrap().to_owned();
+    // In the notation of the old values.
+    assert!(text.contains("Perlin(size: 3.0)") && text.contains("= flat * $gain + 1 + 0 * noise"), "{text}");
+    assert!(text.contains("default: 4,"), "{text}");
+    let promoted = keep(&mut host, json!({ "promote": { "node": "noise", "field": "size" } }));
+    let text = promoted["ok"]["text"].as_str().unwrap();
+    assert!(text.contains("Perlin(size: \"$") && text.contains("default: 2.0"), "{text}");
+    let wrong = keep(&mut host, json!({ "edits": [edit("noise", "size", None, "-1")] }));
+    assert_eq!((&wrong["error"]["code"], wrong["ok"].is_null()), (&"graph".into(), true), "{wrong}");
+    let gone = keep(&mut host, json!({ "promote": { "node": "gone", "field": "size" } }));
+    assert_eq!(gone["error"]["code"], "usage", "{gone}");
+}

@@ -4,6 +4,7 @@ use super::open::Source;
 use super::samples::{Form, Layout};
 use super::shared::{Around, SlotState};
 use super::{MOST_PIXELS, Message, Refusal, named};
+use crate::page::edits::FieldEdit;
 use crate::pictures::{Shown, pixels, shown};
 use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
@@ -40,7 +41,7 @@ pub(super) struct Request {
     #[serde(default)]
     channels: Option<Vec<String>>,
     #[serde(flatten)]
-    values: Parameters,
+    pub(super) values: Parameters,
     /// Pixels of the longer side, smallest first; the size of the canvas by default.
     #[serde(default)]
     sizes: Vec<u32>,
@@ -65,6 +66,9 @@ pub(super) struct Parameters {
     preset: Option<String>,
     #[serde(default)]
     seed: Option<u64>,
+    /// Values in the texts of nodes; they are tried without a change of the text.
+    #[serde(default)]
+    pub(super) edits: Vec<FieldEdit>,
 }
 
 impl Parameters {

@@ -19,7 +19,7 @@ pub(super) struct Request {
     #[serde(default)]
     output: Option<String>,
     #[serde(flatten)]
-    values: Parameters,
+    pub(super) values: Parameters,
     /// Pixels of the longer side; the size of the canvas by default.
     #[serde(default)]
     size: Option<u32>,

@@ -29,7 +29,7 @@ pub(super) struct Request {
     #[serde(default)]
     outputs: Vec<String>,
     #[serde(flatten)]
-    values: Parameters,
+    pub(super) values: Parameters,
     /// Pixels of the longer side.
     #[serde(default)]
     size: Option<u32>,

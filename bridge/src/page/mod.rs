@@ -3,6 +3,7 @@
 mod about;
 mod body;
 mod drawing;
+pub mod edits;
 mod groups;
 pub mod layout;
 mod levels;

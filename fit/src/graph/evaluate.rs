@@ -3,7 +3,8 @@ use super::drawn::drawn;
 use super::photo::Photo;
 use super::setup::Setup;
 use super::{Bench, Fitted, Refused, Request};
-use crate::{Ask, Outcome, Problem, Renders, Status, fit};
+use crate::turns::finish;
+use crate::{Ask, Outcome, Problem, Renders, Status, fit_in_turns};
 use shibo_bridge::GraphText;
 use shibo_engine::session::Failure;
 use shibo_graph::{Graph, load_text};
@@ -93,6 +94,20 @@ impl<'f> Fitting<'f> {
     ///
     /// Fails if there is no result: all values were refused, or the fit was cancelled before the first render.
     pub fn run(&self, watch: Watch<'_>) -> Result<Fitted<'_>, Refused> {
+        finish(self.searched(Watched { fitting: self, watch, at_once: usize::MAX }))
+    }
+
+    /// Like [`run`](Self::run), on one thread. The future gives its caller a turn after each picture: see
+    /// [`fit_in_turns`](crate::fit_in_turns).
+    ///
+    /// # Errors
+    ///
+    /// Fails as [`run`](Self::run) does.
+    pub async fn run_in_turns(&self, watch: Watch<'_>) -> Result<Fitted<'_>, Refused> {
+        self.searched(Watched { fitting: self, watch, at_once: 1 }).await
+    }
+
+    async fn searched(&self, renders: Watched<'_>) -> Result<Fitted<'_>, Refused> {
         let problem = Problem {
             unknowns: self.setup.unknowns.clone(),
             starts: self.setup.starts.clone(),
@@ -101,7 +116,7 @@ impl<'f> Fitting<'f> {
             renders: self.request.renders.map(|count| count as usize),
             seed: self.request.seed,
         };
-        let fit = fit(&problem, &Watched { fitting: self, watch })?;
+        let fit = fit_in_turns(&problem, &renders).await?;
         Ok(Fitted { fitting: self, fit, cpu: self.clocks.0.elapsed().as_secs_f64() })
     }
 
@@ -118,7 +133,7 @@ impl<'f> Fitting<'f> {
             Outcome::Refused => Ok(None),
             Outcome::Cancelled => Err(Refused::Cancelled),
         };
-        let outcomes = Watched { fitting: self, watch }.render(&asks, &Status::default());
+        let outcomes = Watched { fitting: self, watch, at_once: usize::MAX }.render(&asks, &Status::default());
         let names = std::iter::once(None).chain(self.setup.presets.iter().map(|name| Some(name.as_str())));
         names.zip(outcomes).map(|(name, outcome)| Ok((name, distance(outcome)?))).collect()
     }
@@ -172,6 +187,8 @@ impl Fitted<'_> {
 struct Watched<'w> {
     fitting: &'w Fitting<'w>,
     watch: Watch<'w>,
+    /// The most pictures of a call.
+    at_once: usize,
 }
 
 impl Renders for Watched<'_> {
@@ -197,6 +214,10 @@ impl Renders for Watched<'_> {
         });
         let taken = |outcome: Mutex<Option<Outcome>>| outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
         outcomes.into_iter().map(|outcome| taken(outcome).unwrap_or(Outcome::Cancelled)).collect()
+    }
+
+    fn at_once(&self) -> usize {
+        self.at_once
     }
 
     fn is_late(&self) -> bool {

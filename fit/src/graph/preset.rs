@@ -2,12 +2,11 @@
 use super::drawn::ron;
 use super::{Fitted, Fitting, Refused};
 use crate::Amount;
+use shibo_bridge::page::edits::changed;
 use shibo_bridge::{GraphText, Tools};
 use shibo_engine::session::Failure;
 use shibo_graph::{LoadOptions, load_text};
-use shibo_ide::actions::{apply, put_preset};
-use shibo_ide::format::keep_layout;
-use shibo_ide::rename::Edit;
+use shibo_ide::actions::put_preset;
 use shibo_ide::{Cx, Workspace};
 use std::path::Path;
 
@@ -80,10 +79,7 @@ impl Preset {
         let opened = world.open(&file.path, file.text.as_str());
         let cx = Cx { world: &world, file: &opened };
         let edits = put_preset(cx, &self.name, &self.comment, &self.values).map_err(Refused::Usage)?;
-        // Inserted lines use the line ending of the file.
-        let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
-        let edits: Vec<Edit> = if file.text.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
-        let text = keep_layout(&file.text, apply(&file.text, &edits));
+        let text = changed(&file.text, edits);
         let options = LoadOptions {
             preset: Some(self.name.clone()),
             import_paths: tools.import_paths.clone(),

@@ -8,7 +8,7 @@ use crate::{Amount, Ask, Kind, Start, Unknown, Unknowns};
 use shibo_bridge::GraphText;
 use shibo_bridge::compare::{CompareRequest, Gauge, compare};
 use shibo_engine::session::Failure;
-use shibo_graph::{Graph, GraphParam, LoadOptions, load_text};
+use shibo_graph::{Gate, Graph, GraphParam, LoadOptions, load_text};
 use shibo_ide::actions::{apply, driven};
 use shibo_ide::{Cx, Workspace};
 use shibo_node::parse_color;
@@ -42,6 +42,8 @@ pub(super) struct Setup {
     pub(super) combinations: Vec<Vec<(String, String)>>,
     /// Folders of imports.
     import_paths: Vec<PathBuf>,
+    /// The files that the graph may read.
+    gate: Gate,
     /// Values of the added parameters that are known, and of sub-graphs.
     known: Vec<(String, String)>,
     /// Numbers of the graph's own seed parameter, if it has one.
@@ -129,6 +131,7 @@ impl Setup {
             written,
             combinations,
             import_paths: bench.tools.import_paths.clone(),
+            gate: bench.tools.gate.clone(),
             // Values of sub-graphs are no parameters of this file, and hold in all renders.
             known: args.set.iter().filter(|(name, _)| name.contains('.')).cloned().collect(),
             seeds,
@@ -157,7 +160,8 @@ impl Setup {
             }
         };
         let mut world = Workspace::new(bench.tools.registry.clone(), Vec::new())
-            .with_import_paths(bench.tools.import_paths.clone());
+            .with_import_paths(bench.tools.import_paths.clone())
+            .with_gate(bench.tools.gate.clone());
         let opened = world.open(&setup.path, file.text.as_str());
         let cx = Cx { world: &world, file: &opened };
         let lit = relief(graph, &setup.output, cx);
@@ -207,7 +211,8 @@ impl Setup {
     /// The graph as it is, at the resolution of the comparison.
     fn small(&self, bench: Bench<'_>, file: &GraphText) -> Result<Graph, Refused> {
         let resolution = Some(Resolution::Longer(2 * self.side()));
-        let options = LoadOptions { resolution, import_paths: self.import_paths.clone(), ..LoadOptions::default() };
+        let (import_paths, gate) = (self.import_paths.clone(), self.gate.clone());
+        let options = LoadOptions { resolution, import_paths, gate, ..LoadOptions::default() };
         read(bench, file, &options)
     }
 
@@ -226,6 +231,7 @@ impl Setup {
             set,
             resolution: Some(resolution),
             import_paths: self.import_paths.clone(),
+            gate: self.gate.clone(),
             ..LoadOptions::default()
         }
     }
@@ -247,6 +253,7 @@ fn loaded(
         preset: preset.map(ToOwned::to_owned),
         set: set.to_vec(),
         import_paths: bench.tools.import_paths.clone(),
+        gate: bench.tools.gate.clone(),
         ..LoadOptions::default()
     };
     read(bench, file, &options).map(|graph| graph.params)

@@ -2,7 +2,7 @@
 // The editor of the playground: CodeMirror with the language server of the module. It is bundled, and mounted in a shadow root, where
 // its styles need no exception in the page's policy.
 import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from '@codemirror/autocomplete';
-import { defaultKeymap, history, historyKeymap } from '@codemirror/commands';
+import { defaultKeymap, history, historyKeymap, isolateHistory } from '@codemirror/commands';
 import { HighlightStyle, StreamLanguage, bracketMatching, foldGutter, foldKeymap, indentUnit, syntaxHighlighting } from '@codemirror/language';
 import { lintGutter, lintKeymap } from '@codemirror/lint';
 import { LSPClient, formatKeymap, hoverTooltips, renameKeymap, serverCompletion, serverDiagnostics, signatureHelp } from '@codemirror/lsp-client';
@@ -82,6 +82,8 @@ const theme = EditorView.theme({
 
 // Changes that the page makes, not the user.
 const external = Annotation.define();
+// A change of the page is a step of its own in the history, however soon it comes after typing.
+const own = [external.of(true), isolateHistory.of('full')];
 
 /**
  * @param {ShadowRoot} root
@@ -137,13 +139,13 @@ export function editor(root, { text, uri, onchange, send, onmessage }) {
       const most = Math.min(now.length, before.length);
       while (from < most && now[from] === before[from]) from += 1;
       while (end < most - from && now[now.length - 1 - end] === before[before.length - 1 - end]) end += 1;
-      view.dispatch({ changes: { from, to: before.length - end, insert: now.slice(from, now.length - end) }, annotations: external.of(true) });
+      view.dispatch({ changes: { from, to: before.length - end, insert: now.slice(from, now.length - end) }, annotations: own });
     },
     // Shows another graph.
     /** @param {string} now @param {string} at */
     open(now, at) {
       address = at;
-      view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: now }, selection: { anchor: 0 }, scrollIntoView: true, annotations: external.of(true), effects: server.reconfigure([]) });
+      view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: now }, selection: { anchor: 0 }, scrollIntoView: true, annotations: own, effects: server.reconfigure([]) });
       view.dispatch({ effects: server.reconfigure(client.plugin(at, 'shibo')) });
     },
     // Begins again with a new language server.

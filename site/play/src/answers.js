@@ -9,26 +9,30 @@ export class Answers {
   constructor(engine, tell) {
     this.engine = engine;
     this.tell = tell;
-    /** @type {Map<number, AbortController>} */
+    /** @type {Map<number, { stop: AbortController, finish: AbortController }>} */
     this.running = new Map();
     this.last = Promise.resolve();
   }
 
   /** @param {{ n: number, request: any, form?: string, range?: [number, number] }} asked */
   take(asked) {
-    this.running.set(asked.n, new AbortController());
+    this.running.set(asked.n, { stop: new AbortController(), finish: new AbortController() });
     this.last = this.last.then(() => this.answer(asked));
     return this.last;
   }
 
   /** @param {number} n */
-  stop(n) { this.running.get(n)?.abort(); }
+  stop(n) { this.running.get(n)?.stop.abort(); }
+
+  // Ends a request with its result so far.
+  /** @param {number} n */
+  finish(n) { this.running.get(n)?.finish.abort(); }
 
   /** @param {{ n: number, request: any, form?: string, range?: [number, number] }} asked */
   async answer({ n, request, form, range }) {
-    const { signal } = /** @type {AbortController} */ (this.running.get(n));
+    const { stop: { signal }, finish } = /** @type {{ stop: AbortController, finish: AbortController }} */ (this.running.get(n));
     try {
-      for await (const { json, bytes } of this.engine.messages(request, signal)) {
+      for await (const { json, bytes } of this.engine.messages(request, signal, finish.signal)) {
         // Messages of the language server belong to no request.
         if (json.event === 'lsp') { this.tell({ json }); continue; }
         const painted = form && json.event === 'picture' && json.components ? paint(json, bytes, form, range) : null;

@@ -36,8 +36,7 @@ export const exported = (id) => all.get(id)?.url ?? '';
 
 /** @param {string} id @param {{ set?: string, target?: string, resolution?: number, format?: string }} wish */
 async function run(id, { set, target, resolution, format }) {
-  const { values } = model;
-  const chosen = { preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
+  const { chosen } = model;
   // A stranger's canvas may be very large: more than the usual is made on the user's wish only.
   const size = resolution ?? Math.min(MOST_SIZE, Math.max(...model.opened.canvas.resolution));
   /** @type {Written[]} */

@@ -1,7 +1,7 @@
 // @ts-check
 // Files of the graph: pictures and meshes that were dropped on the page or chosen. They stay in this tab.
 import { element, notice } from './dom.js';
-import { base64 } from './net.js';
+import { base64 } from './base64.js';
 import { model } from './session.js';
 
 // All files of a graph come with one request.
@@ -23,7 +23,10 @@ export async function take(files, changed) {
   return taken;
 }
 
-// Pictures are files of the graph alone; meshes and panoramas are also for the 3D view.
+/** @param {File} file */
+export const isPhoto = (file) => isPicture(file) && !/\.svg$/i.test(file.name);
+
+// Pictures are files of the graph or photographs; meshes and panoramas are also for the 3D view.
 /** @param {File} file */
 export const isPicture = (file) => PICTURES.test(file.name);
 
@@ -40,7 +43,7 @@ export function filesDialog(dialog) {
       gone.onclick = () => { model.dropFile(name); build(); };
       return element('li', {}, element('code', { textContent: name }), gone);
     }));
-    if (!names.length) list.append(element('li', { textContent: 'None yet. Drop pictures or meshes on the page, or choose them here.' }));
+    if (!names.length) list.append(element('li', { textContent: 'None yet. Drop pictures or meshes on the text, or choose them here.' }));
   };
   chooser.onchange = () => take([...(chooser.files ?? [])], build);
   dialog.replaceChildren(

@@ -87,6 +87,7 @@ export class Model extends Work {
       // The text may make something else of an output that was an object.
       this.objects.clear();
       this.begin();
+      this.tries.again();
       const [output, channel] = this.focus.split('.');
       const channels = opened.outputs.find((/** @type {any} */ o) => o.name === output)?.channels;
       if (channel && channels?.length && !channels.includes(channel)) this.news.tell('look', { target: `${output}.${channels[0]}` });
@@ -133,12 +134,15 @@ export class Model extends Work {
   }
 
   // Writes values into the text, as *Save to file*. Gives the hash of the new text.
-  /** @param {{ set: [string, string][], preset: string | null, add?: boolean }} change @param {Chosen | null} after */
-  async keep({ set, preset, add = false }, after) {
+  /**
+   * @param {{ set?: [string, string][], preset?: string | null, add?: boolean, comment?: string, edits?: FieldEdit[], promote?: { node: string, field: string } }} change
+   * @param {Chosen | null} after
+   */
+  async keep({ set = [], preset = null, ...how }, after) {
     const { graph, sha256, text, name } = this.opened;
     if (this.text !== text) throw new Error('the text has errors, or is being read; nothing was written');
     const values = Object.fromEntries(set.map(([name, value]) => [name, plain(value, this.param(name)?.type)]));
-    const kept = await this.pool.editor.ask({ op: 'keep', graph, sha256, values, preset: preset ?? undefined, add }).done;
+    const kept = await this.pool.editor.ask({ op: 'keep', graph, sha256, values, preset: preset ?? undefined, ...how }).done;
     // The user's own text counts more than the one of the values.
     if (this.text !== text || this.name !== name) throw new Error('the text has changed meanwhile: it stays as you typed it, and the values were not written; write them again');
     this.replace(kept.text, after);

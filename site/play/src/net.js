@@ -1,7 +1,8 @@
 // @ts-check
 // Everything that the page asks of a server, answered by the model in this tab: it replaces the net.js of `shibo watch`.
+import { base64 } from './base64.js';
 import { hello } from './begin.js';
-import { model, views } from './session.js';
+import { model, photos, views } from './session.js';
 import { samples } from './views.js';
 import { begin, exported as made, stop } from './exports.js';
 export { latest } from './latest.js';
@@ -20,6 +21,7 @@ export async function ask(path, args) {
   if (path === 'graph') return views.level(args.g, args.u);
   if (path === 'stats') return args.g === model.stats.generation ? model.stats.nodes : [];
   if (path === 'marks') return views.marks(args.g);
+  if (path === 'photo/beside') return photos.beside(args);
   return null;
 }
 
@@ -94,23 +96,15 @@ export async function environment(file, scene) {
   return bytes.buffer;
 }
 
-// Contents of a file in base64.
-/** @param {Blob} file @returns {Promise<string>} */
-export function base64(file) {
-  return new Promise((resolve, reject) => {
-    const reader = new FileReader();
-    reader.onload = () => resolve(String(reader.result).replace(/^[^,]*,/, ''));
-    reader.onerror = () => reject(new Error('it could not be read'));
-    reader.readAsDataURL(file);
-  });
-}
-
-export async function sendPhoto() { throw new Error(GONE); }
+/** @param {File | null} file */
+export const sendPhoto = (file) => photos.take(file);
 
 /** @param {string} path @param {any} what @returns {Promise<Response>} */
 export async function post(path, what) {
   if (path === 'values') { model.setValues(what); return refusal('', 200); }
   if (path === 'export') return begin(what);
+  if (path === 'photo/fit') return photos.begin(what);
+  if (path === 'photo/stop') { photos.stop(); return refusal('', 200); }
   const [, id] = /^export\/([^/]+)\/stop$/.exec(path) ?? [];
   if (id) { stop(id); return refusal('', 200); }
   return refusal(GONE);
@@ -125,6 +119,12 @@ export async function change(base, what, then = null) {
   if (base !== model.opened?.sha256) throw new Error('the text has changed meanwhile; nothing was written');
   if (what.values) return model.keep(what.values, then);
   if (what.preset) return model.keep({ set: what.preset.set, preset: what.preset.name, add: true }, then);
+  if (what.promote) return model.keep({ promote: what.promote }, then);
+  if (what.fitted) {
+    const { found } = photos;
+    if (!found) throw new Error('no fit is finished');
+    return model.keep({ set: found.set, preset: what.fitted.name, comment: found.comment }, then);
+  }
   const found = what.restore && model.texts.get(what.restore.to);
   if (!found) throw new Error(what.restore ? 'that text is no longer known' : GONE);
   model.replace(found.text, then, found.name);
@@ -134,7 +134,7 @@ export async function change(base, what, then = null) {
 // Shows the line of a node in the text.
 /** @param {string} node */
 export async function jump(node) {
-  const about = await views.about(`@${node}`);
+  const about = await views.place(node);
   if (about) model.onjump(about);
 }
 export const addressed = () => '';

@@ -5,7 +5,7 @@ import { page } from './app.js';
 import { hello, onserver, pool } from './begin.js';
 import { $, element, notice, press, say } from './dom.js';
 import { editor as build } from './editor.js';
-import { filesDialog, isPicture, take } from './files.js';
+import { filesDialog, isPhoto, isPicture, take } from './files.js';
 import { Language } from './language.js';
 import { Library } from './library.js';
 import { MOST_TEXT, fragment, read } from './links.js';
@@ -102,7 +102,9 @@ function keep() {
 }
 
 async function link() {
-  const { name, text, values } = model.latest;
+  const { name, text: written, values: { edits, ...values } } = model.latest;
+  // Values of nodes are in the text of the link.
+  const text = edits?.length && model.opened?.text === written ? (await pool.editor.ask({ op: 'try', graph: model.opened.graph, edits }).done).text : written;
   const isShipped = shipped[name] === text;
   const of = name.startsWith('shibo:') && !isShipped ? name.slice(6) : undefined;
   return new URL(await fragment({ graph: isShipped ? name : undefined, of, text, ...values }), location.href.split('#')[0]).href;
@@ -180,11 +182,14 @@ model.onjump = ({ node, file, line, column }) => {
   if (line) editor?.show(line, column ?? 1); else notice(`${node} stands in another file: ${file}`);
 };
 
-// Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.
+// A picture that is dropped on the view or the panel is a photograph: see drop.js. Other files, and pictures that the text names, are
+// for the graph; panoramas and meshes are for the 3D view, too.
 addEventListener('drop', async (event) => {
   const dropped = [...(event.dataTransfer?.files ?? [])];
   if (!dropped.length) return;
   event.preventDefault();
+  const onView = event.target instanceof Element && event.target.closest('#stage, #panel');
+  if (onView && dropped.length === 1 && isPhoto(dropped[0]) && !model.text.includes(`"${dropped[0].name}"`)) return;
   if (dropped.every(isPicture)) event.stopImmediatePropagation();
   await take(dropped, files.build);
 }, true);
@@ -224,7 +229,7 @@ function follow() {
     const { values } = model.latest;
     const set = [...values.set.filter(([known]) => known !== name), /** @type {[string, string]} */ ([name, text])];
     model.setValues({ ...values, set });
-    page.parameters.take({ preset: values.preset, set });
+    page.parameters.take({ ...values, set });
   },
   /** @param {number} size */
   setSize(size) {

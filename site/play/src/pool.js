@@ -2,7 +2,8 @@
 // Workers that share one compiled module: `editor` answers at once, `renderer` makes pictures, and a spare one waits to take over.
 
 /** @typedef {{ json: any, bytes?: Uint8Array, data?: Float32Array, pixels?: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range?: [number, number], scale?: number }} Answer */
-/** @typedef {{ n: number, done: Promise<any>, stop: () => void }} Request */
+// `stop` drops a request; `finish` asks for its result so far.
+/** @typedef {{ n: number, done: Promise<any>, stop: () => void, finish: () => void }} Request */
 
 // A request that failed.
 export class Failure extends Error {
@@ -75,7 +76,7 @@ export class Hand {
     const n = this.count;
     const done = new Promise((resolve, reject) => { this.waiting.set(n, { heard, resolve, reject }); });
     this.begun.then(() => this.worker.postMessage({ n, request, form, range }));
-    return { n, done, stop: () => this.worker.postMessage({ stop: n }) };
+    return { n, done, stop: () => this.worker.postMessage({ stop: n }), finish: () => this.worker.postMessage({ finish: n }) };
   }
 
   // Ends the worker at once; its requests are cancelled.

@@ -82,13 +82,13 @@ export class Views {
     return generation === this.model.generation ? found : undefined;
   }
 
-  // The description of a node. Its values are changed in the text.
+  // The description of a node.
   /** @param {string} target @returns {Promise<(About & { line?: number, column?: number }) | null | undefined>} */
-  async about(target) {
-    const found = await this.tell({ op: 'about', target });
-    if (found) found.fields = found.fields.map((/** @type {Constant} */ field) => ({ ...field, fixed: true, formula: null }));
-    return found;
-  }
+  about(target) { return this.tell({ op: 'about', target }); }
+
+  // The description of a node in the text as it is, without tried values.
+  /** @param {string} node @returns {Promise<(About & { line?: number, column?: number }) | null | undefined>} */
+  place(node) { return this.tell({ op: 'about', target: `@${node}`, edits: undefined }); }
 
   // The drawing of a level; null if there is none, undefined if the graph changes before.
   /** @param {number} generation @param {string} path */
@@ -135,8 +135,8 @@ export class Views {
   async vary({ g, t, v, lo, hi, s = VARIATION }) {
     const { model } = this;
     if (g !== model.generation) return null;
-    const { preset, set } = JSON.parse(v);
-    const wish = { target: t, size: Math.min(WHOLE, model.size), preset: preset ?? undefined, set: Object.fromEntries(set) };
+    const { preset, set, edits } = JSON.parse(v);
+    const wish = { target: t, size: Math.min(WHOLE, model.size), preset: preset ?? undefined, set: Object.fromEntries(set), edits };
     return shrunk(await this.view(wish, { range: lo === undefined || hi === undefined ? undefined : [lo, hi], isLater: true }), s);
   }
 

@@ -5,6 +5,7 @@ import { MOST_BYTES, trim } from './kept.js';
 import { News, described } from './news.js';
 import { Stats } from './stats.js';
 import { Tasks, cancelled } from './tasks.js';
+import { Tries } from './tries.js';
 
 // The longer sides of the coarse pictures.
 const COARSE = [128, 256];
@@ -22,7 +23,7 @@ export const MOST_SIZE = 2048;
 const USUAL = 512;
 
 /** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array | null, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
-/** @typedef {{ preset: string | null, set: [string, string][] }} Chosen */
+/** @typedef {{ preset: string | null, set: [string, string][], edits?: FieldEdit[] }} Chosen */
 /** @typedef {import('./tasks.js').Task} Task */
 
 export class Work extends Tasks {
@@ -78,6 +79,7 @@ export class Work extends Tasks {
     this.wanted = null;
     /** @type {number | undefined} */
     this.taking = undefined;
+    this.tries = new Tries(this);
     this.isBusy = false;
     // Called when a step takes very long, and when it is over.
     this.onlong = (/** @type {boolean} */ _long) => {};
@@ -93,8 +95,18 @@ export class Work extends Tasks {
     clearTimeout(this.taking);
     const left = step && step.generation === this.generation && !this.best(this.focus) ? PATIENCE - (performance.now() - step.began) : 0;
     if (left > 0) { this.taking = setTimeout(() => this.take(), left); return; }
-    this.wanted = null;
-    this.values = this.fitting(wanted);
+    const tried = this.tries.of(wanted);
+    // They are being tried.
+    if (!tried) return;
+    if (tried.wanted === wanted) this.wanted = null;
+    this.adopt(tried.values);
+    for (const one of tried.refused) this.news.tell('refused', one);
+  }
+
+  /** @param {Chosen} values */
+  adopt(values) {
+    this.tries.era += 1;
+    this.values = this.fitting(values);
     this.paused = false;
     this.onchange();
     if (this.opened) this.begin();
@@ -104,15 +116,17 @@ export class Work extends Tasks {
   forget() {
     clearTimeout(this.taking);
     this.wanted = null;
+    this.tries.era += 1;
   }
 
   // Values that the opened graph has.
   /** @param {Chosen} values @returns {Chosen} */
-  fitting({ preset, set }) {
+  fitting({ preset, set, edits }) {
     const { opened } = this;
-    if (!opened) return { preset, set };
+    const ofNodes = edits?.length ? { edits } : {};
+    if (!opened) return { preset, set, ...ofNodes };
     const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
-    return { preset: preset && opened.presets[preset] ? preset : null, set: set.filter(([name]) => names.has(name)) };
+    return { preset: preset && opened.presets[preset] ? preset : null, set: set.filter(([name]) => names.has(name)), ...ofNodes };
   }
 
   // Begins a new generation: other values, another text or another size.
@@ -207,8 +221,8 @@ export class Work extends Tasks {
 
   // The values in the form of a request.
   get chosen() {
-    const { preset, set } = this.values;
-    return { preset: preset ?? undefined, set: Object.fromEntries(set) };
+    const { preset, set, edits } = this.values;
+    return { preset: preset ?? undefined, set: Object.fromEntries(set), edits };
   }
 
   // A target has no pixels.
@@ -234,16 +248,18 @@ export class Work extends Tasks {
   // Does one step after the other until nothing is left.
   async work() {
     if (this.step) return;
-    if (this.wanted) { this.take(); return; }
+    if (this.wanted) {
+      this.take();
+      // While values are tried, pictures of those before are made.
+      if (this.step || !this.tries.isRunning) return;
+    }
     const tasks = this.tasks.filter((one) => !one.dead);
     const urgent = tasks.find((one) => !one.isLater);
     const next = urgent || this.paused || !this.opened ? null : this.next();
     const task = urgent ?? (next ? undefined : tasks[0]);
     // The page does not wait for later ones.
     if (!urgent && !next) {
-      this.busy(false);
-      if (this.opened) this.onrest();
-      if (!this.opening) for (const done of this.rested.splice(0)) done();
+      if (!this.wanted) this.rest();
       if (!task) return;
     }
     this.now = task;
@@ -275,6 +291,12 @@ export class Work extends Tasks {
     }
   }
 
+  rest() {
+    this.busy(false);
+    if (this.opened) this.onrest();
+    if (!this.opening) for (const done of this.rested.splice(0)) done();
+  }
+
   // True if a step still runs for the text and the values with which it began. A task fits any values.
   /** @param {NonNullable<Work['step']>} step */
   isCurrent(step) {
@@ -289,7 +311,7 @@ export class Work extends Tasks {
   }
 
   // Opens the text of a step in the renderer, unless it has this one.
-  /** @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
+  /** @param {import('./pool.js').Hand} hand @param {{ opened: any, request?: import('./pool.js').Request | null }} step */
   async reopen(hand, step) {
     const { opened } = step;
     const { has } = hand;

@@ -1,5 +1,5 @@
 // @ts-check
-// One instance of the module in a worker. It takes { module }, then requests { n, request, form, range }, and { stop: n }. It gives { ready },
+// One instance of the module in a worker. It takes { module }, then requests { n, request, form, range }, { stop: n } and { finish: n }. It gives { ready },
 // and the messages of each request as { n, json, bytes, … }; messages without a request have no n.
 import { Answers } from './answers.js';
 import { Engine } from './engine.js';
@@ -18,6 +18,8 @@ onmessage = ({ data }) => {
     engine.ready.then(() => tell({ ready: true }), (error) => tell({ failed: String(error) }));
   } else if (data.stop !== undefined) {
     answers.stop(data.stop);
+  } else if (data.finish !== undefined) {
+    answers.finish(data.finish);
   } else {
     answers.take(data);
   }

@@ -20,8 +20,10 @@ export class FakeHand {
     const one = { request, heard, form, range };
     one.done = new Promise((resolve, reject) => Object.assign(one, { resolve, reject }));
     this.asked.push(one);
-    return { n: this.asked.length, done: one.done, stop: () => { one.stopped = true; } };
+    return { n: this.asked.length, done: one.done, stop: () => { one.stopped = true; }, finish: () => { one.finished = true; } };
   }
+
+  end() { this.ended = true; }
 
   // The oldest waiting request of an operation.
   next(op) {

@@ -61,11 +61,20 @@ test('variations wait for the pictures of the page, and a change ends them', asy
   assert.equal(renderer.waits('look'), 0);
 });
 
-test('a node is described by the editor, shown by the renderer, and its values are fixed', async () => {
+test('a node is described by the editor with the values that are set, and shown by the renderer', async () => {
   const { model, renderer, editor, views } = await rested();
+  const edits = [{ node: 'n', field: 'size', index: null, value: '2' }];
+  model.values = { preset: null, set: [], edits };
   const about = views.about('@n');
-  await editor.answer('about', { node: 'n', kind: 'Perlin', fields: [{ name: 'size', text: '2', fixed: false, formula: ['', '2', ''] }] });
-  assert.deepEqual((await about).fields, [{ name: 'size', text: '2', fixed: true, formula: null }]);
+  const fields = [{ name: 'size', text: '2', fixed: false, formula: null }];
+  assert.deepEqual(editor.asked.at(-1).request.edits, edits);
+  await editor.answer('about', { node: 'n', kind: 'Perlin', fields });
+  assert.deepEqual((await about).fields, fields);
+  // Its place is that in the text as it is.
+  const place = views.place('n');
+  assert.equal(editor.asked.at(-1).request.edits, undefined);
+  await editor.answer('about', { node: 'n', line: 4, column: 7 });
+  assert.equal((await place).line, 4);
   model.look('@n');
   assert.equal((await renderer.draw()).target, '@n');
   assert.equal(model.best('@n').target, '@n');

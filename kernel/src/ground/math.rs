@@ -3,6 +3,7 @@
 //! Every function is branch-free and inlined, so a loop over a slice vectorises. No function fuses a product and a sum.
 //! Results are defined for every input; where mathematics defines none, the doc states the result.
 
+use super::number::narrow;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};
 
 /// 1.5·2^23: added to a float below 2^22 in size, it leaves the nearest integer in the low bits.
@@ -61,6 +62,13 @@ pub fn floor_int(x: f32) -> (f32, i32) {
     let above = nearest > x;
     let floor = if above { nearest - 1.0 } else { nearest };
     (floor, (floor + SNAP).to_bits().wrapping_sub(SNAP.to_bits()).cast_signed())
+}
+
+/// √(x² + y²), rounded from double precision.
+#[inline]
+pub fn hypot(x: f32, y: f32) -> f32 {
+    let (x, y) = (f64::from(x), f64::from(y));
+    narrow((x * x + y * y).sqrt())
 }
 
 /// Sine of `x` radians; error ≤ 1e-7 for |x| < 1e6. 0 if `x` is not finite.

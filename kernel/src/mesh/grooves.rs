@@ -1,7 +1,7 @@
 //! Grooves on a surface, as a function of a position and its normal, so that both sides of a border between charts show
 //! the same.
 use super::cubes::Cubes;
-use crate::ground::math::exp;
+use crate::ground::math::{exp, hypot};
 use crate::ground::number::narrow;
 use crate::strokes::{Combine, Profile, StrokeStyle};
 use glam::{DVec3, Vec3};
@@ -93,8 +93,8 @@ fn section(groove: &Groove, style: &StrokeStyle, place: Vec3, normal: Vec3, pixe
     }
     let over = (along.abs() - groove.half_length).max(0.0);
     let (t, ends) = match (style.profile, style.round_caps) {
-        (Profile::Brush, _) => ((across / drawn).hypot(along / groove.half_length.max(drawn)), 1.0),
-        (_, true) => (across.hypot(over) / drawn, 1.0),
+        (Profile::Brush, _) => (hypot(across / drawn, along / groove.half_length.max(drawn)), 1.0),
+        (_, true) => (hypot(across, over) / drawn, 1.0),
         (_, false) => (across.abs() / drawn, soft(groove.half_length - along.abs(), pixel)),
     };
     let fade = if style.fade { own / drawn } else { 1.0 };

@@ -103,7 +103,8 @@ impl NoiseAlong {
 
     /// The margin around a window within which directions are read, mm.
     pub fn reach(&self) -> f64 {
-        let sides = |[[a, b], [c, d]]: [[f64; 2]; 2]| a.hypot(c).max(b.hypot(d)).max((a - b).hypot(c - d));
+        let sides =
+            |[[a, b], [c, d]]: [[f64; 2]; 2]| libm::hypot(a, c).max(libm::hypot(b, d)).max(libm::hypot(a - b, c - d));
         self.octaves.iter().map(|octave| sides(octave.to_mm)).fold(0.0, f64::max)
     }
 

@@ -72,7 +72,7 @@ impl Picture<'_> {
             let (x, y) = (x / n, y / n);
             let (xx, yy, xy) = (xx / n - x * x, yy / n - y * y, xy / n - x * y);
             let (sin, cos) = (2.0 * xy, xx - yy);
-            if sin.hypot(cos) < 1e-3 * (xx + yy) { 0.0 } else { 0.5 * libm::atan2(sin, cos) }
+            if libm::hypot(sin, cos) < 1e-3 * (xx + yy) { 0.0 } else { 0.5 * libm::atan2(sin, cos) }
         };
         sums.iter().map(angle).collect()
     }

@@ -75,7 +75,8 @@ impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
                 let (a, b) = ((self.color)(self.coords[pixel]), (self.color)(self.coords[near]));
                 let off: f32 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
                 let own = self.coords[pixel];
-                let torn = (at[0] - own[0]).hypot(at[1] - own[1]) > 0.5;
+                let away = [0, 1].map(|axis| at[axis] - own[axis]);
+                let torn = away[0] * away[0] + away[1] * away[1] > 0.25;
                 #[expect(clippy::cast_possible_truncation, reason = "a length in mm")]
                 let per_mm = off.sqrt() / length.max(1e-9) as f32;
                 Some((crosses, per_mm, torn))

@@ -107,8 +107,11 @@ impl Node for BandPattern {
             return vec![problem.help("use a larger pitch, or a smaller canvas")];
         }
         // On a canvas that does not repeat, nuclei outside of it count as far as their bands reach into it.
-        let reach =
-            if self.form == Form::Cover && !self.periodic(canvas) { self.width.hi.hypot(self.length.hi) } else { 0.0 };
+        let reach = if self.form == Form::Cover && !self.periodic(canvas) {
+            libm::hypot(self.width.hi, self.length.hi)
+        } else {
+            0.0
+        };
         let wanted = (canvas.size_mm() + reach).element_product() / (self.pitch * self.pitch);
         if wanted > MAX_BANDS {
             let at = if self.width.hi > self.length.hi { "width" } else { "length" };

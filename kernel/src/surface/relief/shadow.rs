@@ -35,8 +35,8 @@ impl Caster {
         // One pixel along the axis that is closer to the direction.
         let longer = x.abs().max(y.abs()).max(1e-12);
         let toward = [x / longer, y / longer];
-        let apart = (toward[0] * step[0]).hypot(toward[1] * step[1]).max(1e-12);
-        let flat = f64::from(to[0]).hypot(f64::from(to[1])).max(1e-3);
+        let apart = libm::hypot(toward[0] * step[0], toward[1] * step[1]).max(1e-12);
+        let flat = libm::hypot(f64::from(to[0]), f64::from(to[1])).max(1e-3);
         let elevation = libm::atan2(f64::from(to[2]), flat);
         let edge = |by: f64| (elevation + by * f64::from(radius.max(0.01))).clamp(0.0, FRAC_PI_2) as f32;
         let count = (reach / apart).clamp(0.0, f64::from(MOST)).ceil() as u16;

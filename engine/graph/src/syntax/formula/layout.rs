@@ -97,9 +97,8 @@ impl Laid {
             let is_call = before.is_some_and(|(kind, _)| kind == WordKind::Name) && word.kind == WordKind::Open;
             // Behind a name, a blank keeps letters apart: without it they are a part of the name.
             let are_letters = word.kind == WordKind::Letters && before.is_some_and(|(kind, _)| kind.joins_letters());
-            let joins = matches!(word.kind, WordKind::Close | WordKind::Comma | WordKind::Semicolon)
-                || is_call
-                || are_letters;
+            let joins =
+                matches!(word.kind, WordKind::Close | WordKind::Comma | WordKind::Semicolon) || is_call || are_letters;
             let joined = before.is_none_or(|(kind, is_sign)| kind == WordKind::Open || is_sign);
             if !joins && !joined {
                 self.flat.push(' ');

@@ -199,7 +199,8 @@ impl Parser {
             }
             WordKind::Letters => {
                 let after = self.at.checked_sub(1).and_then(|before| self.kind(before));
-                let joins = after.is_some_and(|kind| kind.joins_letters() || matches!(kind, WordKind::Name | WordKind::Param));
+                let joins =
+                    after.is_some_and(|kind| kind.joins_letters() || matches!(kind, WordKind::Name | WordKind::Param));
                 self.formula.faulty |= !joins || word.range.len() < 2;
                 let start = self.done.last().map_or(word.range.start, |part| self.formula.parts[*part].range.start);
                 self.make(PartKind::Letters, Some(self.at), 1, start..word.range.end);

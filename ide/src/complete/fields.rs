@@ -24,9 +24,9 @@ impl<'a> Ask<'a> {
                 let params: Vec<&str> = self.cx.file.names(Section::Params).collect();
                 let presets = self.cx.file.entries(Section::Presets).iter();
                 let others: Vec<&Body> = presets.filter_map(|item| item.value.as_ref()?.body()).collect();
-                let score = |name: &str| self.usual(body, (&params, &others), |_| (0.0, 0.0), name);
-                let free = params.iter().filter(|name| body.get(name).is_none() || named);
-                free.map(|name| self.key(name, Sort::Param, "a parameter", named, score(name))).collect()
+                let scores = self.usual(body, (&params, &others), |_, _| (0.0, 0.0));
+                let free = params.iter().zip(scores).filter(|(name, _)| body.get(name).is_none() || named);
+                free.map(|(name, score)| self.key(name, Sort::Param, "a parameter", named, score)).collect()
             }
             Expect::Section(Section::Functions) if !named && !self.quoted => {
                 let offer = self.offer("name(x)", Sort::Function, "a new function", Topic::Text(String::new()), 0.0);
@@ -107,27 +107,34 @@ impl<'a> Ask<'a> {
         f64::from(u8::from(early)) * 1.5 + f64::from(u8::from(late)) * 2.5
     }
 
-    /// Score of a name in a list that may have the names `all`: usual names of the `others` of such lists come first, most of all
-    /// those that follow the same name there. `elsewhere` gives the counts in other graphs: lists with the name, and lists in
-    /// which it follows the name before. The weights are fitted to the shipped graphs.
+    /// Scores of the names `all` in a list that may have them: names that are usual in the `others` of such lists come first, most
+    /// of all those that follow the same name there. `elsewhere` gives two counts of other graphs, for the name before the cursor
+    /// and a name: lists with the name, and lists in which it follows. The weights are fitted to the shipped graphs.
     fn usual(
         &self,
         body: &Body,
         (all, others): (&[&str], &[&Body]),
-        elsewhere: impl Fn(&str) -> (f64, f64),
-        name: &str,
-    ) -> f64 {
+        elsewhere: impl Fn(&str, &str) -> (f64, f64),
+    ) -> Vec<f64> {
         let before = self.before(body);
-        let (mut uses, mut follows) = elsewhere(before);
+        let places: HashMap<&str, usize> = all.iter().enumerate().map(|(place, name)| (*name, place)).collect();
+        let mut counts: Vec<(f64, f64)> = all.iter().map(|name| elsewhere(before, name)).collect();
         for other in others.iter().filter(|other| other.range != body.range) {
-            let Some(index) = other.items.iter().position(|item| item.name() == Some(name)) else { continue };
-            let last = index.checked_sub(1).and_then(|last| other.items[last].name());
-            uses += 1.0;
-            follows += f64::from(u8::from(last.unwrap_or_default() == before));
+            let mut last = "";
+            for name in other.items.iter().filter_map(|item| item.name()) {
+                if let Some(place) = places.get(name) {
+                    counts[*place].0 += 1.0;
+                    counts[*place].1 += f64::from(u8::from(last == before));
+                }
+                last = name;
+            }
         }
-        let index = |name: &str| all.iter().position(|one| *one == name);
-        let order = 0.01 * index(name).unwrap_or_default() as f64;
-        order + self.apart(body, &index, name) - 1.5 * (2.2 + uses).ln() - 6.0 * (1.0 + follows).ln()
+        let place = |name: &str| places.get(name).copied();
+        let score = |(i, (uses, follows)): (usize, (f64, f64))| {
+            let order = 0.01 * i as f64 + self.apart(body, &place, all[i]);
+            order - 1.5 * (2.2 + uses).ln() - 6.0 * (1.0 + follows).ln()
+        };
+        counts.into_iter().enumerate().map(score).collect()
     }
 
     /// The name before the cursor in a list; empty at its beginning.
@@ -164,8 +171,9 @@ impl<'a> Ask<'a> {
         let same = nodes.filter(|node| own.text_of(node, "graph") == Some(import));
         let others: Vec<&Body> = same.filter_map(|node| node.body()?.value("with")?.body()).collect();
         let habits = self.cx.world.habits();
+        let scores = self.usual(body, (&names, &others), |before, name| habits.given(graph, before, name));
         let mut found = Vec::new();
-        for (name, section) in &all {
+        for ((name, section), score) in all.iter().zip(scores) {
             if !named && body.get(name).is_some_and(|item| !contains(item.range.clone(), self.at)) {
                 continue;
             }
@@ -174,8 +182,6 @@ impl<'a> Ask<'a> {
             let head = item.and_then(|item| inner.file.head(item)).unwrap_or_default();
             let doc = item.and_then(|item| inner.file.text_of(item.value.as_ref()?, "doc")).unwrap_or_default();
             let detail = format!("{what}, {head}");
-            let elsewhere = |before: &str| habits.given(graph, before, name);
-            let score = self.usual(body, (&names, &others), elsewhere, name);
             let offer = self.key(name, Sort::Field, &detail, named, score);
             found.push(Completion { topic: Topic::Text(doc.to_owned()), ..offer });
         }

@@ -180,7 +180,7 @@ mod tests {
         let lifts: Vec<(i32, i32, f32)> = (-far..=far)
             .flat_map(|dy| (-far..=far).map(move |dx| (dx, dy)))
             .filter_map(|(dx, dy)| {
-                let distance = libm::hypot(f64::from(dx), f64::from(dy)) * pixel;
+                let distance = f64::from(dx).hypot(f64::from(dy)) * pixel;
                 (distance <= radius).then(|| (dx, dy, (radius - (radius * radius - distance * distance).sqrt()) as f32))
             })
             .collect();

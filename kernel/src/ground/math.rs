@@ -64,7 +64,7 @@ pub fn floor_int(x: f32) -> (f32, i32) {
     (floor, (floor + SNAP).to_bits().wrapping_sub(SNAP.to_bits()).cast_signed())
 }
 
-/// √(x² + y²), rounded from double precision.
+/// √(x² + y²), rounded from double precision; NaN if either is NaN.
 #[inline]
 pub fn hypot(x: f32, y: f32) -> f32 {
     let (x, y) = (f64::from(x), f64::from(y));
@@ -358,6 +358,15 @@ mod tests {
             S::as_mut_simd_f32s(&mut self.0).0.iter_mut().for_each(|v| *v = bell_simd(simd, *v));
             self.0
         }
+    }
+
+    #[test]
+    fn hypot_keeps_large_and_small_numbers() {
+        assert_eq!(hypot(3.0, -4.0), 5.0);
+        // The squares leave the range of f32.
+        assert_eq!((hypot(3e30, 4e30), hypot(3e-30, 4e-30)), (5e30, 5e-30));
+        assert_eq!((hypot(f32::MAX, f32::MAX), hypot(0.0, -0.0)), (f32::INFINITY, 0.0));
+        assert!(hypot(f32::NAN, f32::INFINITY).is_nan());
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! Bodies, films and reliefs: `cargo bench -p shibo --bench objects`. Whole commands make them of the heights of `calf`.
-//! Plates, rolls and films read them from an EXR file that a run before wrote, because their targets are for heights that exist.
-//! The CPU time includes the start and the reading of the heights. The minimum of several runs on one thread. Each line has the ratio to its target, which is at most 1.
+//! Bodies, films and reliefs: `cargo bench -p shibo --bench objects`. Whole commands make them of the heights of `calf`. Plates,
+//! rolls and films read the heights from an EXR file that a run before wrote, because their targets are for heights that exist.
+//! The CPU time includes the start and the reading. The minimum of several runs on one thread. Each line has the ratio to its
+//! target; 1 or less meets it.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use std::path::Path;
 use std::process::{Command, Stdio};
